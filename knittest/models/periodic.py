@@ -166,8 +166,7 @@ def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times:
     ghost, element = np.flatnonzero(~own), flat.element_node
     kept = own[element]
     n = flat.n_nodes
-    off = OFF if flat.group.excess.size else 0
-    near = np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
+    near = _near(own, OFF if flat.group.excess.size else 0)
     mesh, section = flat.mesh, section_of_nodes(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
     images = _images(flat, vectors, ghost, master, times, element[kept], section)
@@ -178,6 +177,11 @@ def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times:
         array[ghost] = 0.0
     given |= {"added_mass": added, "element_node": element[kept], "parts": _own_spans(flat.parts, own, section)}
     return PeriodicModel(**given, reference=vectors)
+
+
+def _near(own: Flags, off: int) -> Flags:
+    """Pieces, (n_nodes,), with a node that is ``own``, or ``off`` pieces from one at most."""
+    return np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
 
 
 def _own_spans(parts: Partitions, own: Flags, section: Index) -> Partitions:

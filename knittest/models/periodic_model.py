@@ -58,7 +58,7 @@ NUMBERS = ("ax", "ay", "az", "bx", "by", "bz", "curvature")
 MOVING = ("lattice", "rate", "map", "inv_mass", "table")
 #: mass of a free number of the lattice over that of the cell: it stays slower than the nodes
 LATTICE_MASS = 4.0
-#: yarns slide slowly: number of looks at the health of a model between those at its images
+#: yarns slide slowly: number of checks of a model between those of its images
 HALO_LOOKS = 20
 
 
@@ -164,7 +164,7 @@ class PeriodicModel(YarnModel):
         return super().name_of(int(self.masters()[node]))
 
     def diagnose(self, dt: float) -> str:
-        """See :class:`YarnHealth`; names yarns that reach missing images too."""
+        """See :meth:`YarnModel.diagnose`; names yarns that reach missing images too."""
         self._looks += 1
         missing = beyond(self) if self._looks % HALO_LOOKS == 1 else ""
         return super().diagnose(dt) or missing
