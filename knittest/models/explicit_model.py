@@ -189,7 +189,7 @@ class ExplicitModel(ABC):
         """Diagnose the present state at time step ``dt`` [ms]: what makes it unusable, naming the entity; empty if
         nothing.
         """
-        return ""
+        return self.invalid_state(dt)
 
     def stable_step(self) -> tuple[float, str]:
         """Longest stable time step [ms] of the present state, as far as it can fall below that of the start, and what
@@ -198,10 +198,8 @@ class ExplicitModel(ABC):
         return np.inf, ""
 
     def invalid_state(self, dt: float) -> str:
-        """Describe what makes the present state one that no result can be read from; empty if nothing does.
-
-        ``dt`` is the time step [ms].
-        The text after a semicolon is the remedy.
+        """Describe what makes the present state at time step ``dt`` [ms] one that no result can be read from; empty
+        if nothing does. The text after a semicolon is the remedy.
         """
         return ""
 

@@ -122,10 +122,6 @@ class FabricModel(ExplicitModel):
         moments = shell_moments(n_el, self.nodes, self.shells, self.laminate)
         return self.fields() | dict(zip(("moment_warp", "moment_weft", "moment_twist"), moments, strict=True))
 
-    def diagnose(self, dt: float) -> str:
-        """See :meth:`invalid_state`."""
-        return self.invalid_state(dt)
-
     def invalid_state(self, dt: float) -> str:
         """Name a shell without area, or a node that passed through a shell; empty if there is none."""
         shell, ratio = smallest_shell(

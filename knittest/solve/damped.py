@@ -62,7 +62,7 @@ class LooseTools:
 CHUNK = 50
 #: lowest circular frequency a step that damping follows down to
 SLOWEST = 1e-6
-#: speed [mm/ms] that no yarn and no sheet coming to rest can have
+#: speed [mm/ms] that no yarn and no sheet can have while it relaxes
 TOO_FAST = 1e5
 
 
@@ -119,7 +119,7 @@ class DampedModel:
         self._step(1)
         self.steps += steps
         _refuse_runaway(self.model, self.steps)
-        force = self._out_of_balance(kept * spin)
+        force = self._residual_forces(kept * spin)
         move = np.hstack([self.model.position() - before, _turn(facing, nodes.rotation[:, :n])]) * self.arm * self.free
         move = np.vstack([move, self._tools.moves()])
         if self._last is not None:
@@ -136,7 +136,7 @@ class DampedModel:
     def _step(self, steps: int) -> None:
         self.model.advance(steps, self.at, self.dt, self.drive, self.tally, self._scratch)
 
-    def _out_of_balance(self, spin: Array) -> Array:
+    def _residual_forces(self, spin: Array) -> Array:
         """Forces, and moments over radii of gyration, after a step from the damped ``spin``, (n_nodes + n_tools, 6)."""
         nodes, n = self.model.nodes, self.model.n_nodes
         # no sum of a node has all of its moments; one held about axes of one's own does not spin about them

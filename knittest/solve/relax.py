@@ -1,7 +1,7 @@
-"""Static states by dynamic relaxation: chunks of damped steps until forces and moves say that a model is at rest.
+"""Static states by dynamic relaxation: chunks of damped steps until forces and moves have vanished.
 
-Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. Tools that are free to move come
-to rest with the nodes.
+Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. Tools that are free to move
+relax with the nodes.
 """
 
 from collections.abc import Callable
@@ -24,13 +24,13 @@ AT_THE_END = 1e12
 #: sum of forces over that of m x / dt^2, which rounding causes: stiffnesses are at most 4 m / dt^2
 ROUNDING = 4.0 * float(np.finfo(float).eps)
 #: fewest and most steps, else a period of the slowest mode, in which the residual no longer falls by a tenth, and
-#: residual up to which such a state is one of rest
+#: residual up to which such a state is an equilibrium
 STALLED, LOST = (2000, 20000), 0.01
 #: residual and most steps of the relaxation of a prestressed model before its test
 SETTLED, SETTLING = 0.01, 4000
 #: most steps where yarns press each other from the start, and overlap [mm] that starts to bear in each chunk
 SETTLING_PRESSED, PRESSED = 8000, 1e-3
-#: times that overlap is made to bear again which closest points hid while the yarns came to rest
+#: times that overlap is made to bear again which closest points hid while the yarns relaxed
 AGAIN = 2
 
 
@@ -38,7 +38,7 @@ AGAIN = 2
 class Relaxation:
     """Account of how a static state was reached.
 
-    ``residual``: sum of out-of-balance forces (and moments over radii of gyration) over that of loads; where there are
+    ``residual``: sum of residual forces (and moments over radii of gyration) over that of loads; where there are
     none over that of reactions, the largest force inside or what rounding makes over the tolerance, whichever is most;
     over that of contacts where a model settles. ``history`` holds, a chunk, (steps,
     residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions

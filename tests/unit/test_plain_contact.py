@@ -11,6 +11,7 @@ from knittest.kernels.contact_gather import walk
 from knittest.kernels.state import ContactLaw
 
 REACH, DT = 1.0, 1e-4
+WHOLE = np.ones(7)
 SMOOTH = ContactLaw(200.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.2, 0.1, 0.3)
 ROUGH = ContactLaw(200.0, 150.0, 0.3, 0.2, 0.0)
 
@@ -39,12 +40,11 @@ class Crossing:
             self.step(SMOOTH)
         self.contacts.spring[:], self.contacts.slipping[:] = 0.0, 0.0
 
-    def step(self, law: ContactLaw | None = None) -> None:
-        """Evaluate the contact at the present positions."""
+    def step(self, law: ContactLaw | None = None, alive: np.ndarray = WHOLE) -> tuple[float, float, float]:
+        """Evaluate the contact at the present positions; returns what :func:`contact_forces` does."""
         self.contacts.reach[:] = REACH
-        alive = np.ones(7)
-        law = law or self.law
-        plain(contact_forces)((0, 1), DT, self.nodes, self.contacts, alive, law, law.spin, None, np.zeros(SCRATCH))
+        arguments = self.nodes, self.contacts, alive, law or self.law, (law or self.law).spin, None, np.zeros(SCRATCH)
+        return plain(contact_forces)((0, 1), DT, *arguments)
 
     def on_nodes(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces [N] and moments [N mm] on the nodes, (6, 3)."""
