@@ -1,4 +1,4 @@
-"""Numba kernels: plain arrays in kernel units (mm, ms, g, N, MPa); nothing here knows of configs.
+"""Numba kernels: plain arrays in kernel units (mm, ms, g, N, MPa); no configuration enters here.
 
 Importing this package sets Numba's cache to a folder named after a hash of all kernel sources: Numba does not notice
 that a function in another file was edited, and would serve stale machine code. Without a private folder nothing is

@@ -1,7 +1,7 @@
 """Pieces of yarns that lie along others that they bend round, and the transfer of contacts to the next search.
 
 Bent about the axis of another, a yarn is as near to it all along: closest points run or split, and one contact would
-let it sink in beside. Such pieces are marked with the yarns they lie along, and pressed one by one at their middles.
+let it penetrate beside. Such pieces are marked with the yarns they lie along, and pressed one by one at their middles.
 """
 
 from typing import NamedTuple
@@ -149,7 +149,7 @@ def flag_other_kinds(contacts, count, pieces, moved):
             moved[i] = moved[j] = True
 
 
-# Contacts that go on: which of the last search a found one inherits from, each by one heir at most.
+# Contacts that continue: the one of the last search that a found contact inherits from; each has one heir at most.
 #
 # ``lists`` are the contacts by their first piece: number of the first one of each, and of the one that follows each.
 

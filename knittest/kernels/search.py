@@ -194,8 +194,8 @@ def _another(c, place, position, alive, lists, new, pieces):
     """Place of the crossing found at ``place``, pieces i, j at s, t, as s, t and offset (3), if it is another one than
     the tracked contact ``c``; else s is nan.
 
-    Yarns that bend towards each other may be nearest in two places less than an element apart. They are told apart
-    where the closest points come to rest: both at minima of the distance, each on its own side.
+    Yarns that bend towards each other may be nearest in two places less than an element apart. They differ
+    where the closest points converge: both at minima of the distance, each on its own side.
     """
     x, y, z = rows3(position)
     i, j, s, t = place
