@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.cache import Damaged, cache_folder, checksum, keep, kept
 from knittest.base.history import RELAXED
 from knittest.base.progress import tell
 from knittest.config.fabric import Fabric
 from knittest.fabric.loop import polyline_length
 
-Array = NDArray[np.float64]
 SYSTEMS = ("knit", "warp", "weft")
 
 
@@ -138,14 +137,8 @@ class Cell:
 
 # Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them, with a checksum inside.
 
-#: what shapes a cell, beside its inputs
-SOURCES = (
-    "fabric/loop.py",
-    "fabric/relax.py",
-    "fabric/topology.py",
-    "kernels/relaxation.py",
-    "kernels/section.py",
-)
+#: sources that decide the shape of a cell besides its inputs
+SOURCES = ("fabric/loop.py", "fabric/relax.py", "fabric/topology.py", "kernels/relaxation.py", "kernels/section.py")
 NUMBERS = ("deepest", "worst", "residual", "iterations")
 DIGITS = 24
 
@@ -157,13 +150,13 @@ def cell_path(spec: CellSpec) -> Path | None:
 
 
 def load_cell(spec: CellSpec) -> Cell | None:
-    """The cached cell; None if there is none or it is not what was kept, which a line on stderr says."""
+    """Cached cell; None if there is none, or with a line on stderr if it is damaged."""
     path = cell_path(spec)
     try:
         arrays = kept(path, _key(spec))
         return None if arrays is None else _cell(spec, arrays)
     except (Damaged, KeyError, TypeError, ValueError) as error:
-        tell(f"{path}: {error}: this cached cell is not used; it is relaxed anew")
+        tell(f"{path}: {error}; the cached cell is relaxed again")
         return None
 
 
@@ -178,10 +171,10 @@ def cell_digest(cell: Cell) -> str:
 
 
 def _cell(spec: CellSpec, arrays: dict[str, np.ndarray]) -> Cell:
-    """Raises :class:`Damaged` for arrays that no cell has."""
+    """Cell from its ``arrays``; raises :class:`Damaged` for invalid ones."""
     curves = [np.asarray(arrays[s], dtype=np.float64) for s in SYSTEMS]
     if any(c.ndim != 2 or c.shape[1] != 3 or len(c) < 4 or not np.isfinite(c).all() for c in curves):
-        raise Damaged("no centre-lines of three systems")
+        raise Damaged("no centre-lines of three yarn systems")
     knit, warp, weft = curves
     deepest, worst, residual, iterations = (float(arrays[name]) for name in NUMBERS)
     return Cell(spec, knit, warp, weft, deepest, worst, residual, int(iterations))
@@ -202,7 +195,7 @@ def _key(spec: CellSpec) -> str:
 
 # Constants of a plain knit by Munden (1959), J. Text. Inst. 50, T448: densities times the length of a loop.
 #
-# The knit relaxes towards values that hold for any yarn and length; beside them it is seen whether that of a fabric
+# The knit relaxes towards values that hold for any yarn and length; with them it is seen whether that of a fabric
 # with inlays is stretched.
 
 #: stitches an area times the square of the loop length of a relaxed plain knit [-], 19 to 21.6

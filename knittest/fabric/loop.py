@@ -10,11 +10,9 @@ constraint set, be as short as the loops measured in variant 1 (14.78 against 14
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
-
-Array = NDArray[np.float64]
 
 # Periodic centre-lines: length, and the control points of the quadratic B-spline that follows one.
 #
@@ -34,7 +32,7 @@ def arc_at(curve: Array, period: Array, axis: int, plane: float) -> float:
     Of several crossings it takes the one nearest to the middle of the period; images of the plane are excluded.
     """
     line = np.vstack([curve - period, curve, curve + period, curve[:1] + 2.0 * period])
-    arc = _arc(line)
+    arc = arc_length(line)
     side = line[:, axis] - plane
     before = np.flatnonzero((side[:-1] < 0.0) != (side[1:] < 0.0))
     share = side[before] / (side[before] - side[before + 1])
@@ -51,7 +49,7 @@ def points_on(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
     from scipy.interpolate import CubicSpline
 
     closed = np.vstack([curve, curve[:1] + period])
-    arc = _arc(closed)
+    arc = arc_length(closed)
     smooth = CubicSpline(arc, closed - arc[:, None] / arc[-1] * period, bc_type="periodic")
     at = start + arc[-1] * np.arange(n) / n
     return np.asarray(smooth(at) + at[:, None] / arc[-1] * period)
@@ -70,15 +68,7 @@ def control_points(curve: Array, period: Array, n: int, start: float = 0.0) -> A
     return np.asarray(solved + straight)
 
 
-def spline_points(control: Array, per_piece: int) -> Array:
-    """Points [mm], ((n - 2) * per_piece, 3), on the B-spline of a chain of ``control`` points (n, 3)."""
-    s = (np.arange(per_piece) / per_piece)[None, :, None]
-    before, here, after = control[:-2, None], control[1:-1, None], control[2:, None]
-    points = 0.5 * (before + here) + s * (here - before) + 0.5 * s**2 * (before - 2.0 * here + after)
-    return points.reshape(-1, 3)
-
-
-def _arc(line: Array) -> Array:
+def arc_length(line: Array) -> Array:
     """Arc length [mm], (n,), at the points of a polyline (n, 3)."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
 

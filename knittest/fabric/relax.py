@@ -9,18 +9,17 @@ from math import ceil, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError, NumericalError
 from knittest.config.fabric import Fabric
 from knittest.fabric.cell import STITCHES, SYSTEMS, Cell, CellSpec, load_cell, save_cell
-from knittest.fabric.loop import polyline_length, start_loop
+from knittest.fabric.loop import arc_length, polyline_length, start_loop
 from knittest.fabric.topology import check_topology
 
 if TYPE_CHECKING:
     from knittest.kernels.relaxation import Yarns
 
-Array = NDArray[np.float64]
 
 #: nodes in one loop and in one wave while relaxing
 LOOP_NODES, WAVE_NODES = 64, 16
@@ -98,14 +97,14 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
 
 
 def with_loop_length(yarns: "Yarns", total: float) -> "Yarns":
-    """The same yarns with rest length ``total`` [mm] of the loop."""
+    """Yarns with the rest length ``total`` [mm] of the loop."""
     factor = np.array([total / yarns.total[0], 1.0, 1.0])
     return yarns._replace(arc=yarns.arc * factor[yarns.chain], length=yarns.length * factor, total=yarns.total * factor)
 
 
 def _resample(curve: Array, n: int) -> Array:
     """``n`` points equally spaced along a polyline, the first at its start, the last one step before its end."""
-    arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    arc = arc_length(curve)
     at = arc[-1] * np.arange(n) / n
     return np.column_stack([np.interp(at, arc, curve[:, k]) for k in range(3)])
 
@@ -121,9 +120,9 @@ FIRM_PENALTIES = (100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0, 12800.0, 25600.0)
 AT_REST, PATIENT = 2e-4, 60_000
 #: accepted penetration over radius and deviation of the loop length
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
-#: force out of balance over that of the deepest contact which closest points may keep up that jump between segments
+#: residual force over that of the deepest contact which closest points may keep up that jump between segments
 JUMPING = 0.1
-#: what this process relaxed or read, so that a run and its manifest stand on the same cell
+#: cells that this process relaxed or read, so that a run and its manifest use the same cell
 _held: dict[CellSpec, Cell] = {}
 #: a loop drawn this much longer than its yarn cannot be relaxed
 LOCKED = 0.05
@@ -154,7 +153,7 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
     """Relax the start shapes of ``spec``, of ``finer`` times as many nodes, and check their interlacing.
 
     Raises :class:`InputError` when the loop is too short for its yarns or too long for its cell,
-    :class:`NumericalError` when it does not come to rest or yarns passed through each other.
+    :class:`NumericalError` when it does not relax or yarns passed through each other.
     """
     try:
         return _relaxed(spec, finer)
@@ -162,7 +161,7 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
         raise InputError(_too_short(spec, locked)) from None
     except NumericalError as error:
         raise NumericalError(
-            f"{error}: loops of {spec.loop_length:.4g} mm of a {spec.knit_diameter:.4g} mm yarn find no state of rest "
+            f"{error}: loops of {spec.loop_length:.4g} mm of a {spec.knit_diameter:.4g} mm yarn find no equilibrium "
             f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected another loop_length (relaxed plain knits "
             f"have {(STITCHES * spec.wale * spec.course) ** 0.5:.3g} mm), warp_density or weft_density, or thinner "
             "yarns"
@@ -246,7 +245,7 @@ class _Relaxation:
         pressed = FIRM_PENALTIES[-1] * self.deepest * float(self.yarns.radius.min())
         if self.residual < JUMPING * pressed:
             return
-        raise NumericalError(f"the loop does not come to rest: {self.residual:.2g} N are left, expected {AT_REST:g} N")
+        raise NumericalError(f"the loop does not relax: residual force {self.residual:.2g} N, limit {AT_REST:g} N")
 
     def cell(self) -> Cell:
         """The present state, moved to its place."""
@@ -262,13 +261,10 @@ class _Relaxation:
 
 
 def _too_short(spec: CellSpec, locked: Locked) -> str:
-    """Message on a loop that locks, with what would do."""
     inlays = f"{spec.diameter:g} mm warp and weft"
     if spec.warp is not None and spec.weft is not None:
-        sizes = (
-            f"{width:.3g} x {height:.3g} mm {s}" for s, (width, height) in (("warp", spec.warp), ("weft", spec.weft))
-        )
-        inlays = " and ".join(sizes)
+        sizes = {"warp": spec.warp, "weft": spec.weft}
+        inlays = " and ".join(f"{width:.3g} x {height:.3g} mm {s}" for s, (width, height) in sizes.items())
     return (
         f"fabric.loop_length = {spec.loop_length:g} mm is too short for {spec.wale:.3f} x {spec.course:.3f} mm "
         f"spacing with {inlays} and {spec.knit_diameter:g} mm knitting yarn: "
@@ -283,8 +279,8 @@ def _longer(spec: CellSpec) -> str:
         low, high = high, LONGER * high
     if high > LONGEST:
         return (
-            "no longer loop that was tried relaxes: expected thinner yarns (linear_density is in tex: 1 tex = 10 dtex) "
-            "or a smaller warp_density or weft_density"
+            f"loops up to {LONGEST:g} times as long lock too; expected thinner yarns (linear_density is in tex, 10 "
+            "dtex) or a smaller warp_density or weft_density"
         )
     while high / low > 1.0 + SHORTEST:
         middle = sqrt(low * high)
@@ -293,7 +289,6 @@ def _longer(spec: CellSpec) -> str:
 
 
 def _relaxes(spec: CellSpec, longer: float) -> bool:
-    """Tell whether the cell relaxes with a loop ``longer`` by that factor."""
     with suppress(Locked, InputError, NumericalError):
         _relaxed(replace(spec, loop_length=longer * spec.loop_length), 1.0)
         return True
@@ -308,5 +303,5 @@ def _denser(spec: CellSpec) -> str:
         warp, weft = ((share * width, share * height) for width, height in (spec.warp, spec.weft))
         with suppress(Locked, InputError, NumericalError):
             _relaxed(replace(spec, warp=warp, weft=weft), 1.0)
-            return f": fabric.reinforcing.section.packing {share**-2:.3g} times as large would do"
-    return f": also {SMALLER[-1] ** -2:.3g} times the fabric.reinforcing.section.packing locks"
+            return f", or fabric.reinforcing.section.packing {share**-2:.3g} times as large"
+    return f" (fabric.reinforcing.section.packing {SMALLER[-1] ** -2:.3g} times as large locks too)"

@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 from math import ceil, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.fabric.cell import Cell
 from knittest.fabric.loop import arc_at, control_points, points_on, polyline_length
 
-Array = NDArray[np.float64]
 Place = Callable[[Array, Array, int, float], Array]
 
 
@@ -92,7 +91,7 @@ def strip(
 
 
 def centre_lines(cell: Cell, n_wales: int, n_courses: int, finer: int = 1) -> list[YarnPath]:
-    """The same yarns with points on their centre-lines instead of control points, ``finer`` times those relaxed."""
+    """Yarns with points on their centre-lines instead of control points, ``finer`` times those relaxed."""
     across, along = cell.periods["weft"], cell.periods["warp"]
     paths = []
     for system, periods, copies, step in (
@@ -142,8 +141,7 @@ class CutPath(YarnPath):
 def turned(points: Array) -> Array:
     """``points`` (n, 3) turned by 45 deg about z: the weft, along x, comes to lie on y = x, the warp on y = -x."""
     c = sqrt(0.5)
-    found: Array = points @ np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
-    return found
+    return points @ np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def cells_under(length: float, width: float, pitches: tuple[float, float]) -> tuple[int, int]:
@@ -190,5 +188,4 @@ def _end(points: Array) -> Array:
     ninth of that difference mends the end and displaces the middle of the element. Half of it leaves the smallest
     deviation.
     """
-    end: Array = points[2] + np.diff(points, 3, axis=0)[0] / 18.0
-    return end
+    return points[2] + np.diff(points, 3, axis=0)[0] / 18.0

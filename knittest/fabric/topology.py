@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError, NumericalError
 from knittest.config.fabric import Fabric
 from knittest.config.run import Variability
@@ -17,7 +17,6 @@ from knittest.fabric.cell import SYSTEMS
 if TYPE_CHECKING:
     from knittest.fabric.cell import Cell
 
-Array = NDArray[np.float64]
 
 #: plain knit, from the sinker arc on: over (O) or under (U) the course before (-) or after (+)
 KNIT_CODE = ["U-", "O-", "O+", "U+", "U+", "O+", "O-", "U-"]
@@ -122,7 +121,7 @@ def check_topology(cell: "Cell") -> None:
     dips behind the weft of the course below, the weft lies in front of it, and the order of the layers holds.
     """
     code = knit_code(cell)
-    found = " ".join(code) or "without any crossing"
+    found = " ".join(code) or "no crossings"
     if KNIT_CODE not in [code[k:] + code[:k] for k in range(len(code))]:
         raise NumericalError(
             f"the knitting yarn is not interlaced as plain knit: {found}, expected {' '.join(KNIT_CODE)}"

@@ -1,4 +1,4 @@
-"""Numba kernels: plain arrays in kernel units (mm, ms, g, N, MPa); nothing here knows of configs.
+"""Numba kernels: plain arrays in kernel units (mm, ms, g, N, MPa); no configuration enters here.
 
 Importing this package sets Numba's cache to a folder named after a hash of all kernel sources: Numba does not notice
 that a function in another file was edited, and would serve stale machine code. Without a private folder nothing is
@@ -19,9 +19,9 @@ def _source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-#: of the kernel sources that this process loaded; those on disk may change
+#: digest of the kernel sources that this process loaded; the files may change later
 SOURCE_DIGEST = _source_digest()
-#: where their machine code is kept; None where nothing is
+#: folder of their machine code; None without a cache
 CODE_FOLDER = cache_folder("numba", SOURCE_DIGEST)
 
 #: rounds a thread spins at a barrier before it sleeps, unless the user's environment says otherwise: long enough to

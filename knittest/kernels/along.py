@@ -1,17 +1,15 @@
 """Pieces of yarns that lie along others that they bend round, and the transfer of contacts to the next search.
 
 Bent about the axis of another, a yarn is as near to it all along: closest points run or split, and one contact would
-let it sink in beside. Such pieces are marked with the yarns they lie along, and pressed one by one at their middles.
+let it penetrate beside. Such pieces are marked with the yarns they lie along, and pressed one by one at their middles.
 """
 
 from typing import NamedTuple
 
-import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, bend_of, tangent_of
-from knittest.kernels.state import Array, Index
 from knittest.kernels.vec import KERNEL, PART, U, add, at3, dot, rows3
 
 #: determinant of the second derivatives of half the squared distance, over both tangents squared, below which yarns at
@@ -37,7 +35,7 @@ class Pieces(NamedTuple):
     half_piece: Array
     exclude: Index
     chain: Index
-    cut: NDArray[np.bool_]
+    cut: Flags
     master: Index
     along: Index
     ends: bool = True
@@ -45,7 +43,7 @@ class Pieces(NamedTuple):
 
 @njit(**PART)
 def _lies(i, j, pieces):
-    """Tell whether piece ``i`` lies along the yarn of piece ``j``, or a copy of either does."""
+    """Return whether piece ``i`` lies along the yarn of piece ``j``, or a copy of either does."""
     row, yarn = pieces.along[pieces.master[i]], pieces.chain[pieces.master[j]]
     return row[0] == yarn or row[1] == yarn or row[2] == yarn or row[3] == yarn
 
@@ -66,7 +64,7 @@ def held_kind(i, j, pieces):
 
 @njit(**PART)
 def is_other_kind(line, i, j, pieces):
-    """Tell whether a contact of the kind ``line`` of pieces ``i`` and ``j`` is one of another kind by their marks."""
+    """Return whether a contact of the kind ``line`` of pieces ``i`` and ``j`` is one of another kind by their marks."""
     held = held_kind(i, j, pieces)
     return held != line and (held != POINT or line >= FIRST_ALONG)
 
@@ -151,7 +149,7 @@ def flag_other_kinds(contacts, count, pieces, moved):
             moved[i] = moved[j] = True
 
 
-# Contacts that go on: which of the last search a found one inherits from, each by one heir at most.
+# Contacts that continue: the one of the last search that a found contact inherits from; each has one heir at most.
 #
 # ``lists`` are the contacts by their first piece: number of the first one of each, and of the one that follows each.
 

@@ -125,7 +125,7 @@ def wave_speed(axial: float, mass_per_length: float) -> float:
 
 # Beam forces and time integration, fused block by block so that a block's data stay in the first-level cache.
 #
-# The only place that knows about blocking. Scratch is one flat array with compile-time strides: separate arrays would
+# Only this part works in blocks. Scratch is one flat array with compile-time strides: separate arrays would
 # cost LLVM's alias checks and the vectorisation with them. Column k + 1 of a force row is element ``start + k``, column
 # 0 the last element of the block before, so a node's sum is a difference of neighbours and nothing is scattered.
 
@@ -199,7 +199,7 @@ def _forces(start, count, nodes, beams, section, w):
 
 @njit(**INLINE)
 def _flat_moments(start, count, nodes, beams, excess, w):
-    """Adds the moments of sections that are stiffer by ``excess`` about their normal; a sweep that round ones skip."""
+    """Add the moments of sections that are stiffer by ``excess`` about their normal; a sweep that round ones skip."""
     rotation, normal = rows4(nodes.rotation), rows3(beams.normal)
     for k in range(U(count)):
         i = U(start) + k
@@ -304,7 +304,7 @@ def beam_energy(i, section, nodes, beams):
 
 @njit(**PART)
 def _erode(start, count, section, time, nodes, beams, w):
-    """Bury newly failed elements of a block, stamped with the time; returns their lost energy [mJ]."""
+    """Stamp newly failed elements of a block with the time; returns their lost energy [mJ]."""
     lost = 0.0
     for k in range(U(count)):
         i = U(start) + k

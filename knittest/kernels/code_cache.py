@@ -15,7 +15,7 @@ PACKAGE = Path(__file__).parent
 
 
 class KernelCode(_SourceFileBackedLocatorMixin, _CacheLocator):
-    """Finds the code of a function of this package, of no other."""
+    """Locator of the machine code of functions of this package."""
 
     folder: Path | None = None
 

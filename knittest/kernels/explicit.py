@@ -115,7 +115,7 @@ def advance_yarns_alone(
     steps, time, dt, nodes, parts, beams, contacts, count, law, spin, oval, images, tables, motions, loads, tools,
     touch, tally, scratch,
 ):  # fmt: skip
-    """:func:`advance_yarns` on one thread, which neither forks nor claims what nobody else wants."""
+    """:func:`advance_yarns` on one thread, without parallel loops and claims."""
     if tools is not None:
         forget_rooms(touch)
     w = scratch[0]
@@ -222,7 +222,7 @@ def advance_fabric(
     for step in range(steps):
         now = time + step * dt
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
-        if count > 0:  # before any shell is deleted in this step, whoever looks at it
+        if count > 0:  # before any shell is deleted in this step
             for thread in prange(threads):
                 for k in range(PARTITIONS):
                     p = in_turn(k, thread, threads)

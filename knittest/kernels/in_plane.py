@@ -13,10 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.kernels.vec import INLINE, KERNEL, PARTITIONS, add, combine, dot, scale, sub
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: floor of the squared part of one fibre across the other, where shear has closed the angle between them
 CLOSED = 1e-12

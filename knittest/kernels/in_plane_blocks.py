@@ -38,7 +38,7 @@ def _grow(w, to, factor, v):
 
 @njit(**INLINE)
 def _grow_each(w, to, sign, v):
-    """The same by each lane's weight, times ``sign``."""
+    """Add by each lane's own weight, times ``sign``."""
     for k in range(LANES):
         store3(w, to + k, LANES, add(load3(w, to + k, LANES), scale(sign * w[SHARE + k], load3(w, v + k, LANES))))
 

@@ -2,11 +2,9 @@
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.kernels.vec import INLINE
-
-Array = NDArray[np.float64]
 
 
 def hinge_table(strain: Array, force: Array) -> tuple[Array, Array]:
@@ -15,6 +13,14 @@ def hinge_table(strain: Array, force: Array) -> tuple[Array, Array]:
     Both results are (n - 1,); beyond the last point the last tangent goes on.
     """
     return strain[:-1].copy(), np.diff(np.diff(force) / np.diff(strain), prepend=0.0)
+
+
+def hinge_tables(tables: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Knees and slopes of several tables, (n_tables, n_hinges) each, filled up with hinges of no slope."""
+    knees, slopes = np.zeros((2, len(tables), max(len(knee) for knee, _ in tables)))
+    for i, (knee, slope) in enumerate(tables):
+        knees[i, : len(knee)], slopes[i, : len(slope)] = knee, slope
+    return knees, slopes
 
 
 @njit(**INLINE)

@@ -91,9 +91,9 @@ def axial_state(nodes, parts, beams):
     return from_law
 
 
-# Looks for what must not happen, over the whole model: collapsed elements, pierced contacts, overloaded nodes.
+# Search of the whole model for invalid states: collapsed elements, pierced contacts, overloaded nodes.
 #
-# Called every few steps, so the usual answer, nothing, is counted without branches; who it is is only asked afterwards.
+# Called every few steps, so faults are counted without branches; the entity is only searched for where there is one.
 
 
 @njit(**KERNEL)

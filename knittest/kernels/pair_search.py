@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from knittest.base.arrays import Index
 from knittest.kernels.along import held_kind
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.state import Index
 from knittest.kernels.vec import (
     ALLOCATING,
     GRID_ROWS,
@@ -81,7 +81,7 @@ def _along(x, y, z, i, wx, wy, wz, half):
 
 @njit(**INLINE)
 def _apart(x, y, z, i, j, half_i, half_j, gap):
-    """Tell whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j, of
+    """Return whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j, of
     length ``half_i`` and ``half_j`` on either side of the middle by the parameter.
 
     About the middle a piece is c(s) = m + (s - 1/2) (P[i+1] - P[i-1])/2 + (s - 1/2)^2 (P[i+1] - 2 P[i] + P[i-1])/2.
@@ -173,7 +173,7 @@ def stretch_of(parameters):
 
 @njit(**INLINE)
 def _rises(wx, wy, wz, ux, uy, uz, ax, ay, az, vx, vy, vz, radius):
-    """Tell whether a yarn is farther from another half an element on, by more than in a regular wrap.
+    """Return whether a yarn is farther from another half an element on, by more than in a regular wrap.
 
     ``w`` offset from the other yarn's tangent ``v`` [mm], ``u`` tangent [mm] and ``a`` second derivative of its own.
     Round a straight yarn, turning by the angle q a piece, it is (3/4 + cos(q)/4) / cos(q/2) times as far in between.
@@ -192,7 +192,7 @@ def _rises(wx, wy, wz, ux, uy, uz, ax, ay, az, vx, vy, vz, radius):
 
 @njit(**PART)
 def _dips(x, y, z, own, other, at, wx, wy, wz, radius):
-    """Tell whether piece ``own`` is nearer to the piece ``other``, at its parameter ``at``, where it begins than at the
+    """Return whether piece ``own`` is nearer to the piece ``other``, at its parameter ``at``, at its start than at the
     middles before and after, at which it is held.
 
     ``w`` offset from ``other`` [mm]. A coarse yarn that snaps round another may come through between two middles.

@@ -10,13 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.kernels.section import segment_closest, touch
 from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, add, combine, dot, scale, sub
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: images of the cell that are searched in each direction: a loop is at most three courses high
 IMAGES = 3
@@ -79,7 +76,7 @@ def _chord(x, yarns, i):
 
 @njit(**PART)
 def _excluded(yarns, i, j, a, b):
-    """Tell whether segments i and j (image a, b) are neighbours along one yarn."""
+    """Return whether segments i and j (image a, b) are neighbours along one yarn."""
     c = yarns.chain[i]
     if c != yarns.chain[j]:
         return False

@@ -107,8 +107,8 @@ def _gap(contacts, c):
 
 @njit(**PART)
 def _is_looked_for(i, j, s, t, line, moved, pieces):
-    """Tell whether a contact of the kind ``line`` is no longer one, or found anew: those held at the middle of a piece
-    that moved.
+    """Return whether a contact of the kind ``line`` is searched again: it changed its kind, or is held at the middle of
+    a piece that moved.
     """
     held = t if line == SECOND_ALONG else s
     return is_other_kind(line, i, j, pieces) or (line != POINT and held == 0.5 and (moved[i] or moved[j]))
@@ -116,7 +116,7 @@ def _is_looked_for(i, j, s, t, line, moved, pieces):
 
 @njit(**PART)
 def _is_on(s, first, t, second):
-    """Tell whether parameters ``s`` and ``t`` are within those of their pieces, (least, largest) each."""
+    """Return whether parameters ``s`` and ``t`` are within those of their pieces, (least, largest) each."""
     return s >= first[0] and s <= first[1] and t >= second[0] and t <= second[1]
 
 
@@ -194,8 +194,8 @@ def _another(c, place, position, alive, lists, new, pieces):
     """Place of the crossing found at ``place``, pieces i, j at s, t, as s, t and offset (3), if it is another one than
     the tracked contact ``c``; else s is nan.
 
-    Yarns that bend towards each other may be nearest in two places less than an element apart. They are told apart
-    where the closest points come to rest: both at minima of the distance, each on its own side.
+    Yarns that bend towards each other may be nearest in two places less than an element apart. They differ
+    where the closest points converge: both at minima of the distance, each on its own side.
     """
     x, y, z = rows3(position)
     i, j, s, t = place
@@ -236,7 +236,7 @@ def _add_sections(place, elliptic, new, c):
 
 @njit(**PART)
 def _beside_cut_ends(i, j, pieces):
-    """Tell whether one of the pieces ``i``, ``j`` is cut off, and the other one is or lies :data:`NEAR_CUT` beside."""
+    """Return whether one of the pieces ``i``, ``j`` is cut off and the other, too, or within :data:`NEAR_CUT`."""
     if not (pieces.cut[i] or pieces.cut[j]):
         return False
     other, n = j if pieces.cut[i] else i, pieces.cut.size

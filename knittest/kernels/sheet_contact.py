@@ -38,7 +38,7 @@ TANGENTIAL = 0.5
 
 @njit(**INLINE)
 def clamped(u, v, bounds):
-    """Tell whether a place lies on a free edge that ends its way."""
+    """Return whether a place lies on a free edge that ends its way."""
     return (
         (bounds[0] == 0.0 and u == 0.0)
         or (bounds[1] == 1.0 and u == 1.0)
@@ -84,7 +84,7 @@ def _from_edge(edge, along, inward):
 
 @njit(**PART)
 def _is_near(i, e, mesh):
-    """Tell whether node ``i`` never touches shell ``e``."""
+    """Return whether node ``i`` never touches shell ``e``."""
     found = False
     for k in range(mesh.near_start[i], mesh.near_start[i + 1]):
         found |= mesh.near[k] == e

@@ -1,4 +1,4 @@
-"""Finds which nodes come near which shells, with a cell grid of the shells' centres.
+"""Search for nodes near shells, with a cell grid of the shells' centres.
 
 Only where nodes moved by half the skin since they were last looked at is the list renewed. Pairs that are tracked keep
 their place and spring; a shell beside one that a node faces already needs no look.
@@ -75,7 +75,7 @@ def _copy(source, a, target, b):
 
 @njit(**PART)
 def _beside(e, first, count, new, conn):
-    """Tell whether shell ``e`` is, or shares a corner with, the shell of a contact first..count."""
+    """Return whether shell ``e`` is, or shares a corner with, the shell of a contact first..count."""
     for c in range(first, count):
         for a in range(4):
             for b in range(4):

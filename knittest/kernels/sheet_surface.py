@@ -14,11 +14,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.kernels.shell_state import ALIVE, BLOCK, CORNER_ROWS, state_index
 from knittest.kernels.vec import INLINE, KERNEL, PART, add, combine, cross, dot, rows3, scale, sub
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class SheetMesh(NamedTuple):
@@ -171,7 +169,7 @@ def limits(e, mesh, shells):
 
 @njit(**INLINE)
 def is_free(e, edge, mesh, shells):
-    """Tell whether no living shell goes on beyond an edge of shell ``e``."""
+    """Return whether no living shell goes on beyond an edge of shell ``e``."""
     other = mesh.neighbour[e, edge]
     return other < 0 or shells.state[state_index(np.int64(other) // 4) + ALIVE] == 0.0
 

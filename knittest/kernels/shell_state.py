@@ -6,10 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.kernels.vec import INLINE, U, add, load3, rotate, rows3, rows4, store3
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: elements of a block; one row of a block is one quantity of its elements
 BLOCK = 64

@@ -31,7 +31,7 @@ def _exchange(typingctx: Any, array: Any, index: Any, value: Any) -> Any:
 
 @njit(**INLINE)
 def claim(claimed, p, sweep):
-    """Tell whether the caller is the first to ask for partition ``p`` in a ``sweep``, a number above that of the last.
+    """Return whether the caller is the first to ask for partition ``p`` in a ``sweep``, numbered in rising order.
 
     ``claimed`` (PARTITIONS,) holds the last sweep of each, 0 at the start. A look first spares the others' cache.
     """

@@ -5,7 +5,7 @@ from numba import njit, prange
 
 from knittest.kernels.vec import INLINE, PARALLEL, PART
 
-#: without fast math: the two triangles at an edge must judge it by the same bits
+#: without fast math: the two triangles at an edge must decide by the same bits
 EXACT = {key: value for key, value in INLINE.items() if key != "fastmath"}
 #: slices of a grid that threads work on
 SLABS = 32
@@ -121,7 +121,7 @@ def crossings(corners, origin, spacing, steps):
     """Add to ``steps`` (nx, ny, nz) what the surface turns at the first sample above each of its points over a column.
 
     +1 where a column enters the body from below, -1 where it leaves it: sums along z are 1 inside. A column through an
-    edge or corner crosses exactly one of the triangles there on either side, because all of them judge an edge in the
+    edge or corner crosses exactly one of the triangles there on either side, because all of them treat an edge in the
     same direction.
     """
     nx, ny, nz = steps.shape
@@ -149,7 +149,7 @@ def crossings(corners, origin, spacing, steps):
 
 @njit(**EXACT)
 def _left(a, b, x, y):
-    """Tell whether (x, y) is on the left of the line from ``a`` to ``b`` seen from above; the reverse from b to a."""
+    """Return whether (x, y) is on the left of the line from ``a`` to ``b`` seen from above; the reverse from b to a."""
     turned = b[0] < a[0] or (b[0] == a[0] and b[1] < a[1])
     if turned:
         a, b = b, a

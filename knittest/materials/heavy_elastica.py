@@ -3,9 +3,8 @@
 from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from knittest.base.arrays import Array
 
 #: chord [deg] of the standard's plane (DIN 53362), at which B = w (L / 2)^3 holds
 STANDARD_ANGLE = 41.5

@@ -10,16 +10,14 @@ from collections.abc import Mapping
 from math import ceil, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
-from knittest.kernels.laws import hinge_table
+from knittest.kernels.laws import hinge_table, hinge_tables
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.shear import ShearCurve, shear_table, thin
-
-Array = NDArray[np.float64]
 
 # Poisson coupling of a laminate's two directions, which leaves what strips of it do as it was.
 
@@ -57,8 +55,8 @@ def _of_strips(stiffness: Array, poisson: float, name: str, what: str) -> tuple[
     if poisson**2 * stiffness[1] >= stiffness[0]:
         most = float(np.sqrt(stiffness[0] / stiffness[1]))
         raise InputError(
-            f"{name} = {poisson:g}: {what} the warp is {stiffness[0]:.4g} and the weft {stiffness[1]:.4g}; expected a "
-            f"size below the root of their ratio, {most:.4g}: else a pull would give energy"
+            f"{name} = {poisson:g}: the stiffness {what} is {stiffness[0]:.4g} in warp and {stiffness[1]:.4g} in weft; "
+            f"expected an absolute value below the square root of their ratio, {most:.4g}: else energy is negative"
         )
     back = poisson * float(stiffness[1] / stiffness[0])
     rest = 1.0 - poisson * back
@@ -66,18 +64,18 @@ def _of_strips(stiffness: Array, poisson: float, name: str, what: str) -> tuple[
 
 
 def _check(card: Laminate, poisson: float, name: str) -> None:
-    """Refuses a tangent so soft that the coupling outweighs it, and a middle layer that would push under a pull."""
+    """Raise :class:`InputError` for a tangent softer than the coupling, and a middle layer that pushes under a pull."""
     middle = np.minimum(np.cumsum(card.slope, axis=1).min(axis=1), card.compression)
     softest = middle + 2.0 * card.outer
     if card.coupling_membrane**2 >= softest[0] * softest[1]:
         raise InputError(
             f"{name} = {poisson:g}: the softest tangents, {softest[0]:.4g} and {softest[1]:.4g} N/mm, cannot carry a "
-            f"coupling of {abs(card.coupling_membrane):.4g} N/mm; expected a smaller size"
+            f"coupling of {abs(card.coupling_membrane):.4g} N/mm; expected a smaller absolute value"
         )
     if (np.cumsum(card.slope, axis=1) < 0.0).any():
         raise InputError(
-            f"{name} = {poisson:g}: leaves less membrane stiffness than bending needs; expected a smaller size, or a "
-            "larger thickness"
+            f"{name} = {poisson:g}: leaves less membrane stiffness than bending needs; expected a smaller absolute "
+            "value, or a larger thickness"
         )
 
 
@@ -94,9 +92,9 @@ SHEAR_SHARE = 1.0 / 3.0
 TRANSVERSE = 5.0
 #: hourglass control as a share of the fully integrated bilinear element (size after Belytschko et al., 1984)
 HOURGLASS = 0.05
-#: the same where fibres lean against the sides, over what shear stores in that element. Nets kink along yarns, through
-#: shells, which makes coarse ones too soft (shear angle of 10 shells a width 5 % at 1, 2 % at 4) and the control too
-#: stiff (2 % at 10)
+#: hourglass control where fibres lean against the sides, over what shear stores in that element. Nets kink along
+#: yarns, through shells, which makes coarse ones too soft (shear angle of 10 shells a width 5 % at 1, 2 % at 4) and the
+#: control too stiff (2 % at 10)
 HOURGLASS_SHEAR = 6.0
 #: stiffness of turns about the normal over that of shear: more locks coarse curved meshes (a hemisphere of 8 x 8 by a
 #: third at 0.1), less lets corners spin (1 % of a Scordelis-Lo roof of 16 x 16 at 0.001)
@@ -120,7 +118,7 @@ def laminate(
     layer_offset = _layer_offset(fabric, bending, tangents)
     outer = bending / (2.0 * layer_offset**2)
     largest = np.array([t.max() for t in tangents])
-    knee, slope = _tables(points)
+    knee, slope = hinge_tables([hinge_table(strain, force) for strain, force in points])
     slope[:, 0] -= 2.0 * outer
     shear = shear_table(fabric, shear_curve)
     transverse = TRANSVERSE * bending / thickness**2
@@ -194,8 +192,8 @@ def _linear(card: Laminate, share: float, tension: Array, compression: Array) ->
     slope = share * tension - 2.0 * card.outer
     if (slope <= 0.0).any():
         raise InputError(
-            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; --set "
-            f"rig.membrane_share={_enough(2.0 * card.outer / tension):g} leaves enough"
+            f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; use --set "
+            f"rig.membrane_share={_enough(2.0 * card.outer / tension):g}"
         )
     return card._replace(
         knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer,
@@ -251,16 +249,6 @@ def _layer_offset(fabric: Fabric, bending: Array, tangents: list[Array]) -> floa
         raise InputError(
             f"fabric {fabric.name}, {_named(fabric, d)}: smallest tangent {soft:.3g} N/mm "
             f"per % of strain, too soft for macro.bending_stiffness.{d} = {bending[worst]:g} N mm; expected a curve "
-            f"without a force-free start"
+            "without a force-free start"
         )
     return max(0.5 * thickness, *needed)
-
-
-def _tables(points: list[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Hinge tables of both directions, (2, n_hinges) each, the shorter one filled with hinges of no slope."""
-    tables = [hinge_table(strain, force) for strain, force in points]
-    n = max(len(knee) for knee, _ in tables)
-    knees, slopes = np.zeros((2, n)), np.zeros((2, n))
-    for i, (knee, slope) in enumerate(tables):
-        knees[i, : len(knee)], slopes[i, : len(slope)] = knee, slope
-    return knees, slopes

@@ -3,14 +3,12 @@
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.config.fabric import Fabric
 from knittest.kernels.laws import hinge_table
 from knittest.materials.trellis import ANGLE, DEFINITIONS, Definition, to_conjugate
-
-Array = NDArray[np.float64]
 
 
 def thin(x: Array, y: Array, tolerance: float) -> tuple[Array, Array]:
@@ -115,7 +113,7 @@ def _envelope(fabric: Fabric, curve: ShearCurve | None) -> tuple[Array, Array]:
             )
         definition = DEFINITIONS[curve.y_name]
         if law.definition not in ("conjugate", definition):
-            raise InputError(f"{where}: its column says {definition}, macro.shear.definition {law.definition}")
+            raise InputError(f"{where}: its column is {definition}, but macro.shear.definition is {law.definition}")
         degrees, force = curve.x, curve.mean
     if degrees[0] > 0.0:
         degrees, force = np.append(0.0, degrees), np.append(0.0, force)

@@ -22,7 +22,7 @@ Definition = Literal["conjugate", "normalised", "cauchy"]
 ANGLE, NORMALISED = "shear_angle_deg", "normalised_shear_force_n_per_mm"
 #: column of the conjugate shear force
 CONJUGATE = "shear_force_n_per_mm"
-#: what the column of a shear force holds
+#: definition of the shear force by the name of its column
 DEFINITIONS: dict[str, Definition] = {
     "shear_force_n_per_mm": "conjugate",
     NORMALISED: "normalised",

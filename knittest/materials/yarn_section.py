@@ -6,15 +6,13 @@ from dataclasses import dataclass, replace
 from math import gamma, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Fabric
 from knittest.config.laws import LateralCompaction, YarnLaw
 from knittest.config.yarn import ReinforcingYarn, Yarn
-
-Array = NDArray[np.float64]
 
 #: Poisson-like ratio that links the shear modulus of a section to its axial modulus (assumed, isotropic value)
 POISSON = 0.3
@@ -100,7 +98,7 @@ def hinges(law: YarnLaw, modulus: float) -> tuple[Array, Array]:
         return toe * np.arange(TOE_SEGMENTS + 1) / TOE_SEGMENTS, np.diff(tangent, prepend=0.0)
     strain = to_kernel(1.0, "%") * np.array([p[0] for p in law.points])
     stress = np.array([p[1] for p in law.points])
-    with np.errstate(over="ignore", invalid="ignore"):  # refused where it is used
+    with np.errstate(over="ignore", invalid="ignore"):  # rejected where it is used
         return strain[:-1], np.diff(np.diff(stress) / np.diff(strain), prepend=0.0)
 
 
@@ -141,8 +139,8 @@ def section(yarn: Yarn, bending: float) -> Section:
     tangent = float(np.max(np.cumsum(slope)))
     if not 0.0 < tangent < np.inf:
         raise InputError(
-            f"law of a yarn: its steepest piece is {tangent:g} MPa; expected points whose stress [MPa] rises with "
-            "strain [%] somewhere, by less than a number can hold"
+            f"law of a yarn: its largest tangent modulus is {tangent:g} MPa; expected a finite value above 0: stress "
+            "[MPa] must rise with strain [%]"
         )
     shear_modulus = modulus / (2.0 * (1.0 + POISSON))
     torsion = shear_modulus * float((a * (y**2 + z**2)).sum())
@@ -184,7 +182,7 @@ def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
 
 
 def _softened(card: Section, share: float) -> Section:
-    """``card`` with a ``share`` of its stiffness: it carries each force at 1 / share of the strain."""
+    """``card`` with a ``share`` of its stiffness: each force at 1 / share of the strain."""
     return replace(
         card, axial=share * card.axial, shear=share * card.shear, hinge_strain=card.hinge_strain / share,
         hinge_slope=share * card.hinge_slope, compression=share * card.compression,
@@ -231,7 +229,7 @@ class Patch:
             if not (np.isfinite(table) & (table >= 0.0)).all():
                 raise InputError(f"{name} of a patch: expected finite numbers, 0 or more")
             if table.ndim != 2 or not np.array_equal(table, table.T):
-                raise InputError(f"{name} of a patch: expected a row and a column for each part, the same both ways")
+                raise InputError(f"{name} of a patch: expected a symmetric table with a row for each part")
         if self.exponent not in (0, 1, 3):
             raise InputError(f"exponent of a patch: {self.exponent}; expected 1 or 3, or 0 for given sizes")
 
@@ -245,7 +243,7 @@ class Patch:
         shape = (n_parts, n_parts)
         if self.most.shape not in ((1, 1), shape) or self.coefficient.shape not in ((1, 1), shape):
             raise InputError(
-                f"patch: tables of {len(self.most)} parts for {n_parts}; expected one for each, or one for all"
+                f"patch: its tables have {len(self.most)} rows for {n_parts} parts; expected one per part, or one"
             )
         return np.stack([np.broadcast_to(self.coefficient, shape), np.broadcast_to(self.most, shape)])
 

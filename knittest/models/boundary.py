@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.kernels.state import ABOUT, ALONG, Drive, Loads, Motions, Tables, Tally, ToolContactState
 from knittest.kernels.tool_contact import FREE, HELD, n_blocks
@@ -25,13 +26,11 @@ from knittest.models.inputs import (
 )
 from knittest.models.tool import Table, Tool, constant, tool_arrays
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 
 def in_runs(start: Index, node: Index, dof: Index, table: Index, guides: Index, value: Array) -> Loads:
-    """Runs of loads (n,) that are sorted by partition, dof, table and node; ``start`` (PARTITIONS + 1,) of the
-    partitions; no table both loads and ``guides``.
+    """Loads (n,), sorted by partition, dof, table and node, in runs of neighbouring nodes.
+
+    ``start`` (PARTITIONS + 1,) first load of each partition. A table either loads or ``guides``.
     """
     begins = np.ones(len(node), np.bool_)
     begins[1:] = (np.diff(node) != 1) | (np.diff(dof) != 0) | (np.diff(table) != 0)
@@ -42,8 +41,8 @@ def in_runs(start: Index, node: Index, dof: Index, table: Index, guides: Index, 
 
 
 #: degrees of freedom by name
-DOFS = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
 ALL = ("x", "y", "z", "rx", "ry", "rz")
+DOFS = {name: number for number, name in enumerate(ALL)}
 #: penalty of a node against tools over m / dt^2: 0.4 raises the highest frequency by a few percent at most
 TOOL_STIFFNESS = 0.4
 #: share of critical damping of a touching node
@@ -92,10 +91,7 @@ class Boundary:
         under which the reactions are summed, each times its scale: conjugate to the table. A degree of freedom has one
         motion; it may be held twice, as at corners of symmetry planes, where the first hold counts the reaction.
         """
-        self._open("a motion")
-        node = node_numbers(nodes, self.model.n_nodes)
-        names = names_among(dofs, ALL, "degree of freedom")
-        _some(node, names)
+        node, names = self._nodes_and_dofs("a motion", nodes, dofs)
         share = _one_each(scale, "scale of a motion", node)
         number, frame = 0 if table is None else self.table(table), 0
         if axes is not None:
@@ -103,8 +99,7 @@ class Boundary:
             frame = len(self._axes) - 1
         for dof in names:
             kind = DOFS[dof] if axes is None else (ALONG if DOFS[dof] < 3 else ABOUT)
-            rows = np.broadcast_arrays(node, kind, number, share, self.groups, 3 * frame + DOFS[dof] % 3)
-            self._motions.append(tuple(np.array(r) for r in rows))
+            _add_rows(self._motions, node, kind, number, share, self.groups, 3 * frame + DOFS[dof] % 3)
         self.groups += 1
         return self.groups - 1
 
@@ -133,16 +128,12 @@ class Boundary:
 
         Loads on one node add up.
         """
-        self._open("a load")
-        node = node_numbers(nodes, self.model.n_nodes)
-        names = names_among(dof, ALL, "degree of freedom")
-        _some(node, names)
+        node, names = self._nodes_and_dofs("a load", nodes, dof)
         if len(names) != 1:
-            raise InputError(f"load: acts along one degree of freedom, got {len(names)}: give each its own")
+            raise InputError(f"load: expected one degree of freedom, got {len(names)}; call load once for each")
         size = _one_each(value, "value of a load", node)
         in_elements(node[np.broadcast_to(size, node.shape) != 0.0], self.model.mesh.cells)
-        rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(table or constant(1.0)), 0, size)
-        self._loads.append(tuple(np.array(r) for r in rows))
+        _add_rows(self._loads, node, DOFS[names[0]], self.table(table or constant(1.0)), 0, size)
 
     def guide(self, nodes: ArrayLike, dof: str, velocity: Table, scale: ArrayLike = 1.0) -> None:
         """Guide ``nodes`` along ``dof`` (x, y or z) by the velocity u, ``scale`` (n,) times the table ``velocity``
@@ -156,8 +147,17 @@ class Boundary:
         node = node_numbers(nodes, self.model.n_nodes)
         names = names_among(dof, ALL[:3], "axis")
         momentum = self.model.mass[node] * _one_each(scale, "scale of a guide", node)
-        rows = np.broadcast_arrays(node, DOFS[names[0]], self.table(velocity), 1, momentum)
-        self._loads.append(tuple(np.array(r) for r in rows))
+        _add_rows(self._loads, node, DOFS[names[0]], self.table(velocity), 1, momentum)
+
+    def _nodes_and_dofs(self, what: str, nodes: ArrayLike, dofs: str | Sequence[str]) -> tuple[Index, list[str]]:
+        """Checked nodes and degrees of freedom, at least one of each: a selection may have found none."""
+        self._open(what)
+        node = node_numbers(nodes, self.model.n_nodes)
+        names = names_among(dofs, ALL, "degree of freedom")
+        if not node.size or not names:
+            missing = "degrees of freedom" if node.size else "nodes"
+            raise InputError(f"{missing}: expected at least one, got none")
+        return node, names
 
     def still_moving(self) -> list[str]:
         """Motions, as move numbered them, and tools whose tables do not end at rest."""
@@ -168,7 +168,7 @@ class Boundary:
 
     def _open(self, what: str) -> None:
         if self._driven:
-            raise InputError(f"{what} is added after the start and would do nothing: add it before the first step")
+            raise InputError(f"{what} was added after the start and would have no effect; add it before the first step")
 
     def gravity(self, weight: Array, direction: ArrayLike = (0.0, 0.0, -1.0), table: Table | None = None) -> None:
         """Weight [N] of each node, (n_nodes,), along ``direction``."""
@@ -181,11 +181,11 @@ class Boundary:
         self._open("a tool")
         if self.model.flattens:
             raise InputError(
-                "tool: it does not press sections flat; expected sections without flattening "
-                "(fabric.reinforcing.section.flattening), or a test without tools"
+                "tool: rigid tools do not flatten yarn sections; remove fabric.reinforcing.section.flattening, or use "
+                "a test without tools"
             )
         if any(tool is one for one in self.tools) or tool.moved_in not in (None, self):
-            raise InputError("tool: it is in a body already; make another, since motion and load are the tool's own")
+            raise InputError("tool: it already belongs to a body; make a new tool for each body")
         self.tools.append(tool)
         return len(self.tools) - 1
 
@@ -203,7 +203,7 @@ class Boundary:
         above(drag, "drag of a free tool [1/ms]", equal=True)
         tool, names = self._tool(number), names_among(axes, ALL[:3], "axis")
         if FREE in tool.motion and (tool.mass, tool.drag) != (mass, drag):
-            raise InputError(f"tool {number} is free already, with another mass or drag: it has one of each")
+            raise InputError(f"tool {number} is already free with another mass or drag; give a tool one of each")
         load = -1 if force is None else self.table(force)
         self._move_along(tool, names, number, FREE)
         tool.mass, tool.drag = mass, drag
@@ -215,17 +215,17 @@ class Boundary:
         self._open("a motion of a tool")
         for axis in axes:
             if tool.motion[DOFS[axis]] != HELD:
-                raise InputError(f"tool {number} is moved or free along {axis} already; the later motion would win")
+                raise InputError(f"tool {number} is already moved or free along {axis}; give each axis one motion")
             tool.motion[DOFS[axis]] = motion
         tool.moved_in = self
 
     def _tool(self, number: int) -> Tool:
         if not 0 <= number < len(self.tools):
-            raise InputError(f"tool {number}: expected a number that add_tool returned; there are {len(self.tools)}")
+            raise InputError(f"tool {number}: expected a number returned by add_tool, below {len(self.tools)}")
         return self.tools[number]
 
     def drive(self) -> Drive:
-        """All of it in the form of the kernel."""
+        """Tables, motions, loads and tools as the kernel takes them."""
         self._driven = True
         knots = np.array([len(t.time) for t in self.tables])
         time, value = np.zeros((2, len(self.tables), knots.max()))
@@ -272,18 +272,15 @@ class Boundary:
         )  # fmt: skip
 
 
-def _some(node: Index, names: list[str]) -> None:
-    """Raises :class:`InputError` for no nodes, as of a selection that finds none, and no degrees of freedom."""
-    if not node.size or not names:
-        missing = "degrees of freedom" if node.size else "nodes"
-        raise InputError(f"{missing}: none given; nothing would be held or loaded")
+def _add_rows(groups: list[tuple[Array, ...]], *columns: ArrayLike) -> None:
+    groups.append(tuple(np.array(c) for c in np.broadcast_arrays(*columns)))
 
 
 def _one_each(values: ArrayLike, name: str, node: Index) -> Array:
     """Finite ``values``, one for all or one a node."""
     array = finite(values, name)
     if array.shape not in ((), (1,), node.shape):
-        raise InputError(f"{name}: {array.shape} numbers for {len(node)} nodes; expected one, or one a node")
+        raise InputError(f"{name}: {array.shape} numbers for {len(node)} nodes; expected one number, or one per node")
     return array
 
 

@@ -1,17 +1,18 @@
 """Yarns as chains of beams: their arrays, lumped masses, critical step and contact group."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.base.history import Mesh
 from knittest.base.units import rounded_down
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
 from knittest.kernels.flatten import TINY
+from knittest.kernels.laws import hinge_tables
 from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import Section
 from knittest.models.contact_tracker import YarnContactGroup
@@ -20,10 +21,6 @@ from knittest.models.inputs import across_chain
 from knittest.models.natural_state import natural_normal, natural_state, shapes_at_rest
 from knittest.models.yarn_health import YarnContact
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -51,26 +48,14 @@ class Chain:
     draw_in: Array | float = 0.0
 
 
-@dataclass
 class Layout:
     """Arrays over the nodes of all chains, (n_nodes,): chain, section, length of the element behind (1 at ends).
 
     ``cards`` are the sections, ``number`` (n_chains,) that of each chain; ``rest`` are the lengths without tension.
     """
 
-    chains: Sequence[Chain]
-    cards: list[Section]
-    number: Index
-    start: Index = field(init=False)
-    chain: Index = field(init=False)
-    section: Index = field(init=False)
-    position: Array = field(init=False)
-    chord: Array = field(init=False)
-    joined: Flags = field(init=False)
-    length: Array = field(init=False)
-    rest: Array = field(init=False)
-
-    def __post_init__(self) -> None:
+    def __init__(self, chains: Sequence[Chain], cards: list[Section], number: Index) -> None:
+        self.chains, self.cards, self.number = chains, cards, number
         count = np.array([len(c.points) for c in self.chains])
         self.start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
         self.chain = np.repeat(np.arange(len(self.chains)), count).astype(np.int64)
@@ -88,7 +73,7 @@ class Layout:
         return inner
 
     def near_ends(self, count: int) -> Flags:
-        """Tell which pieces are among the ``count`` first or last of their chain."""
+        """Pieces among the ``count`` first or last of their chain."""
         place, stop = np.arange(len(self.chain)), self.start[1:][self.chain] - 1
         return (place - self.start[:-1][self.chain] <= count) | (stop - place <= count) if count else place < 0
 
@@ -98,12 +83,8 @@ class Layout:
 
     def of_elements(self, name: str) -> Array:
         """A field of the chains that may be one number or one an element, on all nodes."""
-        return np.concatenate(
-            [
-                np.append(np.broadcast_to(np.asarray(getattr(c, name), float), len(c.points) - 1), np.inf)
-                for c in self.chains
-            ]
-        )
+        given = ((np.asarray(getattr(c, name), float), len(c.points) - 1) for c in self.chains)
+        return np.concatenate([np.append(np.broadcast_to(values, count), np.inf) for values, count in given])
 
     def normals(self) -> Array:
         """Normals of the chains' elements (n, 3), not yet across them; nan where a round section has none."""
@@ -125,13 +106,7 @@ BEND_MARGIN = 0.2
 
 
 def contact_group(
-    lay: Layout,
-    mass: Array,
-    node_cut: Index,
-    contact: YarnContact | None,
-    torsional: float,
-    part: Index,
-    normal: Array,
+    lay: Layout, mass: Array, node_cut: Index, contact: YarnContact | None, torsional: float, part: Index, normal: Array
 ) -> YarnContactGroup:
     """Pieces of the chains that may touch, with ``part`` of each node and the ``normal`` (n_nodes, 3) of its element.
 
@@ -189,9 +164,7 @@ def _shapes(lay: Layout, contact: YarnContact | None) -> Array:
 # (:func:`knittest.kernels.beam.rotary_inertia_factor`).
 
 
-def nodal_loads(
-    chord: Array, joined: NDArray[np.bool_], axial: Array, shear: Array, touch: Array, stick: Array
-) -> Array:
+def nodal_loads(chord: Array, joined: Flags, axial: Array, shear: Array, touch: Array, stick: Array) -> Array:
     """Largest eigenvalue of B_i [N/mm], (n_nodes,); omega^2 <= load / mass.
 
     Element i, if ``joined``, joins nodes i and i + 1 along ``chord`` (n_nodes, 3) with stiffnesses EA / L ``axial`` and
@@ -201,17 +174,14 @@ def nodal_loads(
     length = np.linalg.norm(chord, axis=1, keepdims=True)
     along = np.where(joined[:, None], chord / np.where(joined[:, None], length, 1.0), 0.0)
     beam = 2.0 * np.where(joined, shear, 0.0)[:, None, None] * np.eye(3)
-    beam = beam + 2.0 * (axial - shear)[:, None, None] * _dyad(along)
+    beam = beam + 2.0 * (axial - shear)[:, None, None] * (along[:, :, None] * along[:, None, :])
     tangent = along.copy()
     beam[1:], tangent[1:] = beam[1:] + beam[:-1], tangent[1:] + tangent[:-1]
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-12)
-    contact = touch[:, None, None] * np.eye(3) + (stick - touch)[:, None, None] * _dyad(tangent)
+    contact = touch[:, None, None] * np.eye(3) + (stick - touch)[:, None, None] * (
+        tangent[:, :, None] * tangent[:, None, :]
+    )
     return np.asarray(np.linalg.eigvalsh(beam + contact)[:, -1])
-
-
-def _dyad(v: Array) -> Array:
-    """v v^T of every row, (n, 3, 3)."""
-    return v[:, :, None] * v[:, None, :]
 
 
 #: row of the bound by nodes over the penalty, for contacts on a node within a chain and on its end: weights w >= 0 add
@@ -260,11 +230,7 @@ def _loads(lay: Layout, mass: Array, inertia: Array, contact: YarnContact | None
 
 
 def scale_mass(
-    lay: Layout,
-    mass: Array,
-    inertia: Array,
-    contact: YarnContact | None,
-    scaling: MassScaling | None,
+    lay: Layout, mass: Array, inertia: Array, contact: YarnContact | None, scaling: MassScaling | None
 ) -> tuple[float, Array, Array, float, float]:
     """Critical step [ms] by nodes (omega^2 <= load / m), masses for it, the share added, and the stiffness of crossings
     against spin [N mm/rad].
@@ -342,11 +308,7 @@ def build_chains(
 
 
 def _beams(lay: Layout, tangent: Array, normal: Array) -> Beams:
-    n_hinges = max(len(c.hinge_strain) for c in lay.cards)
-    knees, slopes = np.zeros((len(lay.cards), n_hinges)), np.zeros((len(lay.cards), n_hinges))
-    for s, card in enumerate(lay.cards):
-        knees[s, : len(card.hinge_strain)] = card.hinge_strain
-        slopes[s, : len(card.hinge_slope)] = card.hinge_slope
+    knees, slopes = hinge_tables([(card.hinge_strain, card.hinge_slope) for card in lay.cards])
     stiffness = np.array([[c.compression, c.shear, c.torsion, c.bending] for c in lay.cards])
     slack = np.where(lay.joined, lay.of_elements("slack"), 0.0)
     return Beams(

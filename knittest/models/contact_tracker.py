@@ -1,12 +1,12 @@
-"""Keeps the list of yarn contacts current as the yarns move."""
+"""List of the yarn contacts, renewed as the yarns move."""
 
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
@@ -18,10 +18,7 @@ from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import State, arrays_of, entry, put_back
 from knittest.models.image_contacts import masters, share_states
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-#: what contacts hold of the nodes, not of themselves, of that what changes where sections flatten, and the rest
+#: fields of :class:`Contacts` that belong to nodes, those of them that change where sections flatten, all others
 OF_NODES = ("upright", "turned", "square", "excess", "shape")
 SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
@@ -29,7 +26,7 @@ OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 CONTACT_SKIN = 0.1
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
-#: overlap at the start, over the smaller radius, above which the geometry is refused
+#: overlap at the start, over the smaller radius, above which the geometry is rejected
 MAX_OVERLAP = 0.20
 #: overlapping pairs that are named
 LISTED = 5
@@ -38,7 +35,7 @@ LEFT_FREE = 0.01
 #: time in which deeper overlap without force falls to 1 / e of itself [ms], and the most of it that is given force in
 #: one update, over the smaller radius
 RECOVERY, PORTION = 0.02, 0.02
-#: the same for a cell, whose contacts are looked at less often and which has little energy
+#: largest portion in a periodic cell, whose contacts are updated less often and which has little energy
 PORTION_OF_CELLS = 0.002
 
 
@@ -61,13 +58,9 @@ def _room(capacity: int) -> tuple[Index, Array]:
 
 
 def _used(contacts: Contacts, count: int) -> Contacts:
-    """Views of the columns in use."""
     columns = {name: getattr(contacts, name)[..., :count] for name in Contacts._fields}
-    columns |= {name: getattr(contacts, name) for name in OF_NODES} | {
-        "half": contacts.half[: 2 * count],
-        "half_start": contacts.half_start,
-    }
-    return Contacts(**columns)
+    whole = {name: getattr(contacts, name) for name in (*OF_NODES, "half_start")}
+    return Contacts(**columns | whole | {"half": contacts.half[: 2 * count]})
 
 
 @dataclass
@@ -87,9 +80,9 @@ class YarnContactGroup:
     radius: Array
     half_piece: Array
     exclude: Index
-    is_piece: NDArray[np.bool_]
+    is_piece: Flags
     chain: Index
-    cut: NDArray[np.bool_]
+    cut: Flags
     node_cut: Index
     law: ContactLaw
     part: Index
@@ -101,7 +94,7 @@ class YarnContactGroup:
     excess: Array
     shape: Array
     owned: Array | None = None
-    near: NDArray[np.bool_] | None = None
+    near: Flags | None = None
     images: Images | None = None
     pressed: bool = False
 
@@ -132,15 +125,12 @@ class ContactTracker:
         self._find_contacts()
         c, n = self.contacts, self.count
         gap = np.linalg.norm(c.offset[:, :n], axis=0)
-        radius = self.group.radius[c.piece[:, :n]]
-        touch = radius.sum(axis=0)
-        if c.touch.size:
-            touch = np.where(c.touch[:n] > 0.0, c.touch[:n], touch)
-        share = (touch - gap) / radius.min(axis=0)
+        touch = self.touch()
+        share = (touch - gap) / self.group.radius[c.piece[:, :n]].min(axis=0)
         worst = np.argsort(-share, kind="stable")[:LISTED]
         if n and share[worst[0]] > MAX_OVERLAP:
             raise InputError(
-                f"yarns overlap at the start by more than {100 * MAX_OVERLAP:g} % of a radius; worst first: "
+                f"initial yarn overlap exceeds {100 * MAX_OVERLAP:g} % of the yarn radius; worst pairs: "
                 + "; ".join(self._describe(int(k), float(share[k])) for k in worst if share[k] > MAX_OVERLAP)
             )
         c.accepted[:n] = np.maximum(touch - c.reach[:n], 0.0)
@@ -150,11 +140,9 @@ class ContactTracker:
 
     def touch(self) -> Array:
         """Sum of radii, or extents of ellipses [mm], of the contacts in use, (count,): their reach if not cut."""
-        found: Array = self.group.radius[self.contacts.piece[:, : self.count]].sum(axis=0)
-        if self.contacts.touch.size:
-            extents = self.contacts.touch[: self.count]
-            found = np.where(extents > 0.0, extents, found)
-        return found
+        radii = self.group.radius[self.contacts.piece[:, : self.count]].sum(axis=0)
+        extents = self.contacts.touch[: self.count]
+        return np.where(extents > 0.0, extents, radii) if extents.size else radii
 
     def press(self, most: float) -> float:
         """Let up to ``most`` [mm] more of overlaps that are free of force carry it; returns the deepest left [mm]."""
@@ -193,11 +181,10 @@ class ContactTracker:
         n = self.count
         gap = np.linalg.norm(self.contacts.offset[:, :n], axis=0)
         hidden = self.touch() - np.maximum(self.contacts.reach[:n], gap)
-        found: Array = np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
-        return found
+        return np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
 
-    def at_ends(self) -> NDArray[np.bool_]:
-        """Tell which contacts in use, (count,), are with a piece near the end of its yarn."""
+    def at_ends(self) -> Flags:
+        """Flags of the contacts in use, (count,), with a piece near the end of its yarn."""
         first, second = self.contacts.piece[:, : self.count]
         return self.group.cut[first] | self.group.cut[second]
 
@@ -302,8 +289,8 @@ class ContactTracker:
         self.searches += 1
 
     def _find_pairs(
-        self, position: Array, pieces: Pieces, moved: NDArray[np.bool_], cells: Cells
-    ) -> tuple[tuple[Index, Array, Index], NDArray[np.bool_]]:
+        self, position: Array, pieces: Pieces, moved: Flags, cells: Cells
+    ) -> tuple[tuple[Index, Array, Index], Flags]:
         """Pairs, found again until what lies along others is known; returns also what was looked at.
 
         Pieces that came to lie along others, or do no longer, are looked at as if they had moved.
@@ -324,9 +311,7 @@ class ContactTracker:
             if not marked:
                 return pairs, moved
 
-    def _near_pairs(
-        self, position: Array, pieces: Pieces, moved: NDArray[np.bool_], cells: Cells
-    ) -> tuple[Index, Array, Index]:
+    def _near_pairs(self, position: Array, pieces: Pieces, moved: Flags, cells: Cells) -> tuple[Index, Array, Index]:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         found = np.zeros(PARTITIONS, np.int64)
         while True:

@@ -6,16 +6,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.history import Rest
 from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG, spline_weights
 from knittest.kernels.monitor import axial_state
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -33,7 +30,7 @@ class Crossings:
     angle: float
 
 
-def crossings(model: YarnModel, among: NDArray[np.bool_] | None = None) -> dict[str, Crossings]:
+def crossings(model: YarnModel, among: Flags | None = None) -> dict[str, Crossings]:
     """Crossings of ``model`` that touch, by the names of both parts, such as ``warp-weft``; each by its share.
 
     Of the nodes ``among`` (n_nodes,) a contact has one at least; without them all count.
@@ -49,10 +46,13 @@ def crossings(model: YarnModel, among: NDArray[np.bool_] | None = None) -> dict[
     force, offset = contacts.force[:, touching], contacts.offset[:, touching]
     normal = np.sum(force * offset, axis=0) / np.linalg.norm(offset, axis=0)
     friction = np.sqrt(np.maximum(np.sum(force**2, axis=0) - normal**2, 0.0))
-    angle = np.rad2deg(_angles(model, touching))
-    kind, names = _kinds(model, touching)
+    first, second = (_curve(model, side, touching).along for side in (0, 1))
+    along = np.abs(np.sum(first * second, axis=0))
+    angle = np.rad2deg(np.arctan2(np.linalg.norm(np.cross(first, second, axis=0), axis=0), along))
+    names, part = model.mesh.part_names, parts_of_nodes(model)[contacts.piece[:, touching]]
+    kind = part.min(axis=0) * len(names) + part.max(axis=0)
     found = {}
-    for number, name in enumerate(names):
+    for number, name in enumerate(f"{a}-{b}" for a in names for b in names):
         of = kind == number
         if of.any():
             weight = share[touching[of]]
@@ -80,42 +80,18 @@ def _rows(model: YarnModel, touching: Index) -> Index:
     return row
 
 
-def _kinds(model: YarnModel, touching: Index) -> tuple[Index, list[str]]:
-    """Number of the kind of each contact, and names of the kinds."""
-    names = model.mesh.part_names
-    part = parts_of_nodes(model)[model.tracker.contacts.piece[:, touching]]
-    low, high = part.min(axis=0), part.max(axis=0)
-    return low * len(names) + high, [f"{a}-{b}" for a in names for b in names]
-
-
 def parts_of_nodes(model: YarnModel) -> Index:
     """Part of the yarn of every node, (n_nodes,)."""
     of_chain = np.zeros(int(model.group.chain.max()) + 1, np.int64)
     of_chain[model.mesh.yarn] = model.mesh.part
-    found: Index = of_chain[model.group.chain[model.masters()]]
-    return found
-
-
-def _angles(model: YarnModel, touching: Index) -> Array:
-    """Angles [rad] between the yarns of the contacts ``touching``."""
-    first, second = (_tangent(model, side, touching) for side in (0, 1))
-    along = np.abs(np.sum(first * second, axis=0))
-    return np.arctan2(np.linalg.norm(np.cross(first, second, axis=0), axis=0), along)
-
-
-def _tangent(model: YarnModel, side: int, touching: Index) -> Array:
-    """Tangents (3, n) of the yarns on one side of contacts, not of length 1."""
-    i, s = model.tracker.contacts.piece[side, touching], model.tracker.contacts.parameter[side, touching]
-    x = model.nodes.position
-    before, after = x[:, i] - x[:, i - 1], x[:, i + 1] - x[:, i]
-    found: Array = (1.0 - s) * before + s * after
-    return found
+    return of_chain[model.group.chain[model.masters()]]
 
 
 def surfaces(model: YarnModel, nodes: Index) -> tuple[float, float]:
     """Lowest and highest yarn surface [mm] at the ends and middles of the pieces of ``nodes``."""
     z, radius = model.nodes.position[2], half_heights(model)[nodes]
-    heights = [w[0] * z[nodes - 1] + w[1] * z[nodes] + w[2] * z[nodes + 1] for w in map(_weights, (0.0, 0.5, 1.0))]
+    weights = map(spline_weights.py_func, (0.0, 0.5, 1.0))
+    heights = [w[0] * z[nodes - 1] + w[1] * z[nodes] + w[2] * z[nodes + 1] for w in weights]
     return float(np.min(heights - radius)), float(np.max(heights + radius))
 
 
@@ -124,13 +100,7 @@ def half_heights(model: YarnModel) -> Array:
     contacts, radius = model.tracker.contacts, model.group.radius
     if not contacts.excess.size:
         return radius
-    found: Array = np.sqrt(contacts.square + contacts.excess * contacts.turned[2] ** 2)
-    return found
-
-
-def _weights(parameter: float) -> tuple[float, float, float]:
-    before, at, after = spline_weights.py_func(parameter)
-    return before, at, after
+    return np.sqrt(contacts.square + contacts.excess * contacts.turned[2] ** 2)
 
 
 # Wrap of yarns round each other where they cross: how far their centre-lines are from having more than one closest
@@ -151,8 +121,7 @@ class Curve(NamedTuple):
 def cosine(first: Curve, second: Curve) -> Array:
     """Cosine (n,) of the angle between two curves, without its sign."""
     size = np.linalg.norm(first.along, axis=0) * np.linalg.norm(second.along, axis=0)
-    found: Array = np.abs(np.sum(first.along * second.along, axis=0)) / size
-    return found
+    return np.abs(np.sum(first.along * second.along, axis=0)) / size
 
 
 def wrap(first: Curve, second: Curve) -> Array:
@@ -167,11 +136,10 @@ def wrap(first: Curve, second: Curve) -> Array:
     offset = first.place - second.place
     bent = 1.0 + np.sum(offset * first.bend, axis=0) / np.sum(first.along**2, axis=0)
     other = 1.0 - np.sum(offset * second.bend, axis=0) / np.sum(second.along**2, axis=0)
-    found: Array = bent * other - cosine(first, second) ** 2
-    return found
+    return bent * other - cosine(first, second) ** 2
 
 
-def least_wrap(model: YarnModel, part: str, among: NDArray[np.bool_]) -> float:
+def least_wrap(model: YarnModel, part: str, among: Flags) -> float:
     """Least :func:`wrap` of yarns of one ``part`` where they cross each other, touching or about to (by the skin of the
     search); nan where none do.
 
@@ -202,7 +170,7 @@ LOOPS = "knit"
 
 
 def at_rest(model: ExplicitModel, residual: float = np.nan) -> Rest | None:
-    """State of ``model``, out of balance by ``residual`` [-], where it is ``typical``; None of shells.
+    """State of ``model`` with its force ``residual`` [-], where it is ``typical``; None of shells.
 
     The edge of a specimen, where loops that nothing holds have shed their tension, does not count.
     """

@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.base.history import Mesh, Overlaps
 from knittest.kernels.state import Drive, Nodes, Partitions, Tally
 from knittest.kernels.vec import PARTITIONS
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 State = dict[str, np.ndarray]
 
 
@@ -107,7 +105,7 @@ class ExplicitModel(ABC):
     added_mass: float
     wave_speed: float
 
-    #: whether the model starts with stresses that must come to rest
+    #: whether the model starts with stresses that must relax first
     prestressed = False
     #: whether yarns that overlap at the start shall press each other by all of it
     pressed = False
@@ -191,7 +189,7 @@ class ExplicitModel(ABC):
         """Diagnose the present state at time step ``dt`` [ms]: what makes it unusable, naming the entity; empty if
         nothing.
         """
-        return ""
+        return self.invalid_state(dt)
 
     def stable_step(self) -> tuple[float, str]:
         """Longest stable time step [ms] of the present state, as far as it can fall below that of the start, and what
@@ -200,10 +198,8 @@ class ExplicitModel(ABC):
         return np.inf, ""
 
     def invalid_state(self, dt: float) -> str:
-        """Describe what makes the present state one that no result can be read from; empty if nothing does.
-
-        ``dt`` is the time step [ms].
-        The text after a semicolon is the remedy.
+        """Describe what makes the present state at time step ``dt`` [ms] one that no result can be read from; empty
+        if nothing does. The text after a semicolon is the remedy.
         """
         return ""
 

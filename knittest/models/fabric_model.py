@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 from numba import get_num_threads
 
+from knittest.base.arrays import Array, Index
 from knittest.base.history import Overlaps
 from knittest.kernels.explicit import advance_fabric, advance_fabric_alone
 from knittest.kernels.in_plane import Bends
@@ -16,25 +17,15 @@ from knittest.kernels.sheet_surface import NO_LAW, NO_MESH, empty_contacts
 from knittest.kernels.shell_output import shell_energies, shell_fields, shell_moments
 from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, Laminate, Shells
 from knittest.kernels.state import Drive, Tally
-from knittest.models.explicit_model import (
-    Array,
-    ExplicitModel,
-    Index,
-    State,
-    Stored,
-    arrays_of,
-    prefixed,
-    put_back,
-    under,
-)
+from knittest.models.explicit_model import ExplicitModel, State, Stored, arrays_of, prefixed, put_back, under
 from knittest.models.in_plane import bend_bound, bend_bound_now
 from knittest.models.sheet_tracker import SheetTracker
 
 #: arrays of the shells that a run changes
 CHANGING = ("state", "corner", "fail_time")
-#: the same of their fibres' bending in the plane
+#: arrays of their fibres' bending in the plane that a run changes
 BENDING = ("alive", "broken")
-#: contact arguments of the kernel for sheets that do not see each other
+#: contact arguments of the kernel for sheets without contact
 BLIND = (NO_MESH, empty_contacts(0), 0, NO_LAW)
 #: mechanisms by which shells store energy: twisting and transverse shear are with bending
 MECHANISMS = ("stretching", "bending", "shear", "in_plane_bending")
@@ -42,7 +33,7 @@ MECHANISMS = ("stretching", "bending", "shear", "in_plane_bending")
 SMALLEST = 0.05
 #: shear angle [deg] at which it is shear that took the area, which no smaller step brings back
 SHEARED = 60.0
-SOFT = "what holds it there is the end of its shear law: give one that goes on and rises (fabric.macro.shear)"
+SOFT = "the shear law does not rise enough at such angles; extend fabric.macro.shear by larger angles and forces"
 
 
 @dataclass
@@ -64,7 +55,7 @@ class FabricModel(ExplicitModel):
         return self.tracker.settle() if self.tracker else Overlaps()
 
     def safe_steps(self, dt: float, most: int, speed: float = 0.0) -> int:
-        """Only contacts need attention between samples."""
+        """See :meth:`SheetTracker.safe_steps`."""
         return self.tracker.safe_steps(dt, most, speed) if self.tracker else most
 
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
@@ -131,19 +122,15 @@ class FabricModel(ExplicitModel):
         moments = shell_moments(n_el, self.nodes, self.shells, self.laminate)
         return self.fields() | dict(zip(("moment_warp", "moment_weft", "moment_twist"), moments, strict=True))
 
-    def diagnose(self, dt: float) -> str:
-        """See :meth:`invalid_state`."""
-        return self.invalid_state(dt)
-
     def invalid_state(self, dt: float) -> str:
-        """Names a shell without area, or a node that went through a shell; empty if there is none."""
+        """Name a shell without area, or a node that passed through a shell; empty if there is none."""
         shell, ratio = smallest_shell(
             self.nodes.position, self.shells.conn, self.shells.fail_time, self.shells.state
         )  # fmt: skip
         if ratio < SMALLEST:
             angle = float(np.rad2deg(np.abs(self.fields()["shear_angle"][shell])))
-            told = f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
-            return f"{told}, sheared by {angle:.0f} deg; {SOFT}" if angle > SHEARED else told
+            fault = f"shell {shell} has collapsed to {100.0 * ratio:.1f} % of its area"
+            return f"{fault}, sheared by {angle:.0f} deg; {SOFT}" if angle > SHEARED else fault
         return self.tracker.diagnose() if self.tracker else ""
 
     def stable_step(self) -> tuple[float, str]:
@@ -156,8 +143,10 @@ class FabricModel(ExplicitModel):
             return super().stable_step()
         now, node = bend_bound_now(self.bends, self.nodes.position, self.mass)
         stiffest = (2.0 / self.critical_step) ** 2 - self.bending_at_rest + now
-        where = f"crumpled yarns at node {node} of {self.name_of(node)}, whose angle shear has closed,"
-        return 2.0 / stiffest**0.5, where
+        return (
+            2.0 / stiffest**0.5,
+            f"in-plane bending of sheared yarns at node {node} of {self.name_of(node)}",
+        )
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""

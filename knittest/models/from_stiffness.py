@@ -5,8 +5,9 @@ carry.
 from math import pi, tanh
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.kernels.beam import axial_strain, flat_moment, mean_frame, section_force, section_moment
 from knittest.kernels.laws import hinge_table
@@ -15,9 +16,6 @@ from knittest.kernels.state import Beams, Nodes
 from knittest.materials.laminate import DRILLING, coupled, hourglass_of_shear
 from knittest.materials.yarn_section import POISSON, Section, stable_shear
 from knittest.models.inputs import above, finite, one_an_element, tension_law
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def section(
@@ -40,7 +38,7 @@ def section(
     ``torsion`` must be given. It touches others as a round one does.
     """
     if across is not None and (torsion is None or not across > 0.0):
-        raise InputError("section: expected EI across above 0, and torsion, which does not follow from two EI")
+        raise InputError("section: across must be above 0 and needs torsion, which does not follow from two EI")
     above(axial, "EA of a section [N]")
     above(linear_density, "linear_density of a section [g/mm]")
     for name, value in (("EI", bending), ("radius", radius), ("GJ", torsion or 0.0), ("GA", shear or 0.0)):
@@ -160,7 +158,7 @@ def _checked(
         least = float((2.0 * np.sqrt(bend / stretch)).max())
         raise InputError(
             f"bending {bending} N mm is too much for membrane {membrane} N/mm at thickness {thickness:g} mm: the "
-            f"middle layer would be negative; a thickness above {least:.4g} mm would do"
+            f"middle layer would be negative; expected a thickness above {least:.4g} mm"
         )
     return stretch, bend
 

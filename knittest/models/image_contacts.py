@@ -1,15 +1,12 @@
 """One contact of a periodic cell is tracked wherever it touches a node of the cell; all its copies go on as one."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.kernels.search import MERGE
 from knittest.kernels.state import TURN, Contacts, Images
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-#: what a contact remembers: numbers, and vectors that point from piece j to piece i
+#: state of a contact: numbers, and vectors that point from piece j to piece i
 NUMBERS = ("slipping", "reach", "twist", "couple", "accepted")
 VECTORS = ("spring", "offset", "force")
 #: numbers of the kinds of contacts, and of those the other way round: yarns side by side hold the parameter of piece i,
@@ -48,9 +45,7 @@ def share_states(contacts: Contacts, count: int, images: Images, master: Index) 
     _copy(contacts, source[copies], copies, swapped[source[copies]] != swapped[copies], of, images)
 
 
-def _numbers(
-    contacts: Contacts, count: int, images: Images, master: Index, swapped: NDArray[np.bool_], key: Array
-) -> Index:
+def _numbers(contacts: Contacts, count: int, images: Images, master: Index, swapped: Flags, key: Array) -> Index:
     """Number of the crossing of every contact, (count,), from its ``key``.
 
     A contact at the beginning of a piece is one at the end of the piece before it too: copies may be found on either.
@@ -77,7 +72,7 @@ def _numbers(
 
 def _crossings(
     contacts: Contacts, count: int, images: Images, master: Index, before: tuple[int, int] = (0, 0)
-) -> tuple[NDArray[np.bool_], Index, Array]:
+) -> tuple[Flags, Index, Array]:
     """Contacts whose pieces are the other way round than in their crossing, (count,), the image that its first yarn is
     in, and (7, count) what copies of one crossing have in common: both parameters, kind, images between, masters.
 
@@ -97,9 +92,7 @@ def _crossings(
     return swapped, images.of[piece[first, every]], key
 
 
-def _copy(
-    contacts: Contacts, source: Index, copies: Index, swapped: NDArray[np.bool_], of: Index, images: Images
-) -> None:
+def _copy(contacts: Contacts, source: Index, copies: Index, swapped: Flags, of: Index, images: Images) -> None:
     """Copy what ``source`` remembers to ``copies``, with the images that they are in, ``swapped`` end for end."""
     sign = np.where(swapped, -1.0, 1.0)
     for name in NUMBERS:

@@ -4,8 +4,8 @@ shells.
 At every node through which a yarn goes on, weights of the nodes of the shells round it give both fibres and their
 second derivatives along themselves. Where nodes lie on the line of the yarn, on meshes along the yarns and on squares
 at 45 degrees to them, these alone bear weight: second differences. Elsewhere all nodes do, by the least weights, mostly
-beside the line, that are exact for quadratic displacements. Where the mesh does not tell them, at free edges that the
-yarns leave, nothing bends; nor at seams where directions jump and edges where the sheet is folded.
+beside the line, that are exact for quadratic displacements. Where the mesh does not determine them, at free edges that
+the yarns leave, nothing bends; nor at seams where directions jump and edges where the sheet is folded.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.kernels.in_plane import BLOCK, NOWHERE, OWN_EACH, SAME, WEIGHTS, Bends, add_bounds, no_bends
 from knittest.kernels.shell_state import (
     ALONG_A,
@@ -35,9 +36,6 @@ from knittest.kernels.shell_state import (
 )
 from knittest.kernels.shell_state import BLOCK as SHELL_BLOCK
 from knittest.kernels.vec import PARTITIONS
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Bounds of the squared frequency that the fibres' bending in the plane adds: at rest, and in any state.
 #
@@ -124,9 +122,11 @@ def highest_stiffness(
     translation = _largest_row_sum(patterns, [*stiffness, control]) + 8.0 * shape * laminate.hourglass_transverse
     # warp turned against weft: gradients of both, which add where the fibres lean and an element is no rectangle
     lean = np.abs(row(ALPHA_A) * row(ALPHA_B) + row(BETA_A) * row(BETA_B))
+    stick = laminate.shear_stick if laminate.shear_friction > 0.0 else 0.0
+    shear_tangent = (1.0 - laminate.shear_friction) * float(np.cumsum(laminate.shear_slope).max()) + stick
     for i, (alpha, beta) in enumerate(patterns[:2]):
         gradient2 = 2.0 * (alpha**2 + beta**2)
-        translation += area * (gradient2 + 2.0 * lean) * _shear_tangent(laminate)
+        translation += area * (gradient2 + 2.0 * lean) * shear_tangent
         bending = bent[i] + 2.0 * laminate.twist
         rotation += area * (gradient2 * bending + 0.5 * laminate.transverse[i] * (alpha**2 * x31 + beta**2 * x42))
         # a turn is that of the fibres less that of the corner: its square is at most twice the sum of both squares
@@ -141,7 +141,7 @@ def _with_coupling(stiffness: list[float], coupling: float) -> list[float]:
 
 
 def element_rows(shells: Shells, n_el: int) -> Callable[[np.integer], Array]:
-    """Looks up an element constant (n_el,) by its row."""
+    """Function that returns an element constant (n_el,) by its row."""
     blocks = shells.state.reshape(-1, STATE_ROWS, SHELL_BLOCK)
     return lambda start: blocks[:, int(start) // SHELL_BLOCK].ravel()[:n_el]
 
@@ -155,12 +155,6 @@ def _largest_row_sum(patterns: Sequence[tuple[Array, Array]], stiffness: Sequenc
             total = total + 2.0 * np.sqrt(k * other) * np.abs(p[0] * q[0] + p[1] * q[1])
         sums.append(total)
     return np.max(sums, axis=0)
-
-
-def _shear_tangent(laminate: Laminate) -> float:
-    """Largest tangent of the shear force, friction that sticks included [N/mm]."""
-    stick = laminate.shear_stick if laminate.shear_friction > 0.0 else 0.0
-    return (1.0 - laminate.shear_friction) * float(np.cumsum(laminate.shear_slope).max()) + stick
 
 
 def _largest_tangent(laminate: Laminate, direction: int) -> float:
@@ -181,29 +175,29 @@ ON_LINE = 0.02
 #: largest error of a stencil's derivatives of linear and quadratic fields, in sizes of shells
 EXACT = 1e-6
 #: largest sum of the sizes of a stencil's weights, in sizes of shells (4 for a second difference): more come from a
-#: mesh that does not tell the derivative but for its own unevenness
+#: mesh that determines the derivative by its own unevenness only
 LARGEST = 12.0
 #: how much less a node off the line bears: weights are least in the sum of w^2 (NEAR + distance^2)^2
 NEAR = 0.1
 #: difference of weights, over the largest, that is rounding
 ALIKE = 1e-9
-#: the same, that is the unevenness of a sheet which a block of stencils does without: a slope of 0.05, as of heights of
+#: difference that counts as unevenness of the sheet and is averaged over a block: a slope of 0.05, as of heights of
 #: 0.05 mm on shells of 2 mm, shortens sides by 1e-3
 UNEVEN = 2e-3
-#: least cosine of the angle between the direction of a shell and the mean round a node, beyond which it is a seam, and
-#: the same of normals, beyond which the sheet is folded
+#: least cosine of the angle between a shell and the mean round a node: below, directions jump at a seam, or normals
+#: at a fold
 SEAM, FOLD = 0.94, 0.7
 
 
 class Stencils(NamedTuple):
     """Stencils of equal size: ``node`` (n,), ``member`` (n, m) nodes, ``weight`` (n, 4, m) as in :class:`Bends`, and
-    whether a second derivative of warp and weft is there, ``told`` (n, 2).
+    whether a second derivative of warp and weft is ``known`` (n, 2).
     """
 
     node: Index
     member: Index
     weight: Array
-    told: NDArray[np.bool_]
+    known: Flags
 
 
 def build_bends(points: Array, cells: Index, shells: Shells, stiffness: Array) -> Bends:
@@ -213,21 +207,14 @@ def build_bends(points: Array, cells: Index, shells: Shells, stiffness: Array) -
     """
     if stiffness.max() <= 0.0:
         return no_bends()
-    around = _incidence(cells, len(points))
+    corner = (cells.ravel(), np.repeat(np.arange(len(cells)), 4))
+    around = sparse.csr_matrix((np.ones(cells.size), corner), (len(points), len(cells)))  # 1 where a node is a corner
     frame, area, whole = _frames(points, cells, shells, around)
     stencils = [_stencils(points, nodes, member, frame, area) for nodes, member in _rings(around, whole)]
     return _in_blocks(points, [s for group in stencils for s in _by_size(group)], around, area, stiffness)
 
 
-def _incidence(cells: Index, n: int) -> sparse.csr_matrix:
-    """Nodes by shells (n, n_el), 1 where a node is a corner."""
-    n_el = len(cells)
-    return sparse.csr_matrix((np.ones(4 * n_el), (cells.ravel(), np.repeat(np.arange(n_el), 4))), (n, n_el))
-
-
-def _frames(
-    points: Array, cells: Index, shells: Shells, around: sparse.csr_matrix
-) -> tuple[Array, Array, NDArray[np.bool_]]:
+def _frames(points: Array, cells: Index, shells: Shells, around: sparse.csr_matrix) -> tuple[Array, Array, Flags]:
     """Warp, weft (n, 2, 3), area (n,) [mm^2] of each node, and whether the shells round it are of one direction."""
     row = element_rows(shells, len(cells))
     corners = points[cells]
@@ -250,7 +237,7 @@ def _unit(v: Array) -> Array:
     return np.divide(v, length, out=np.zeros_like(v), where=length > 0.0)
 
 
-def _rings(around: sparse.csr_matrix, whole: NDArray[np.bool_]) -> list[tuple[Index, Index]]:
+def _rings(around: sparse.csr_matrix, whole: Flags) -> list[tuple[Index, Index]]:
     """Nodes (k,) with the nodes of all shells round them (k, m), in groups of equal m."""
     ring = sparse.csr_matrix(around @ around.T)
     ring.sort_indices()
@@ -268,30 +255,30 @@ def _stencils(points: Array, nodes: Index, member: Index, frame: Array, area: Ar
     size = np.sqrt(area[nodes])
     offset = points[member] - points[nodes][:, None]
     s, t = (np.einsum("kmi,ki->km", offset, frame[nodes, i]) / size[:, None] for i in range(2))
-    warp, a_told = _derivative(s, t, 1)
-    weft, b_told = _derivative(t, s, 1)
-    warp_s, told = _derivative(s, t, 2)
-    weft_t, other_told = _derivative(t, s, 2)
-    told, other_told = told & a_told & b_told, other_told & a_told & b_told
+    warp, a_known = _derivative(s, t, 1)
+    weft, b_known = _derivative(t, s, 1)
+    warp_s, known = _derivative(s, t, 2)
+    weft_t, also = _derivative(t, s, 2)
+    known, also = known & a_known & b_known, also & a_known & b_known
     per_size = 1.0 / size[:, None]
-    weight = np.stack([warp, weft, warp_s * told[:, None] * per_size, weft_t * other_told[:, None] * per_size], axis=1)
-    return Stencils(nodes, member, weight * per_size[:, None], np.column_stack([told, other_told]))
+    weight = np.stack([warp, weft, warp_s * known[:, None] * per_size, weft_t * also[:, None] * per_size], axis=1)
+    return Stencils(nodes, member, weight * per_size[:, None], np.column_stack([known, also]))
 
 
-def _derivative(s: Array, t: Array, order: int) -> tuple[Array, NDArray[np.bool_]]:
+def _derivative(s: Array, t: Array, order: int) -> tuple[Array, Flags]:
     """Weights (k, m) of members at ``s`` along and ``t`` across a yarn for a derivative along it; whether they exist.
 
     First derivatives are exact for linear, second ones for quadratic fields. Members on the line of the yarn are tried
     alone first, as if it went through them.
     """
-    weight, told = _least(s, np.zeros_like(t), (np.abs(t) < ON_LINE).astype(float), order)
-    rest = ~told
+    weight, known = _least(s, np.zeros_like(t), (np.abs(t) < ON_LINE).astype(float), order)
+    rest = ~known
     if rest.any():
-        weight[rest], told[rest] = _least(s[rest], t[rest], 1.0 / (NEAR + t[rest] ** 2), order)
-    return weight, told
+        weight[rest], known[rest] = _least(s[rest], t[rest], 1.0 / (NEAR + t[rest] ** 2), order)
+    return weight, known
 
 
-def _least(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, NDArray[np.bool_]]:
+def _least(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, Flags]:
     """Weights of least sum of (w / trust)^2 that give the derivative of ``order`` exactly; whether there are any."""
     one = np.ones_like(s)
     powers = [one, s] if order == 1 else [one, s, 0.5 * s**2]
@@ -308,13 +295,13 @@ def _by_size(group: Stencils) -> list[Stencils]:
     """The stencils of a group with any second derivative, without members of no weight, by their size."""
     counts = (np.abs(group.weight).max(axis=1) > 0.0).sum(axis=1)
     found = []
-    for m in np.unique(counts[group.told.any(axis=1)]):
-        pick = np.flatnonzero((counts == m) & group.told.any(axis=1))
+    for m in np.unique(counts[group.known.any(axis=1)]):
+        pick = np.flatnonzero((counts == m) & group.known.any(axis=1))
         weight = group.weight[pick]
         order = np.argsort(np.abs(weight).max(axis=1) == 0.0, axis=1, kind="stable")[:, :m]
         member = np.take_along_axis(group.member[pick], order, axis=1)
         weight = np.take_along_axis(weight, order[:, None], axis=2)
-        found.append(Stencils(group.node[pick], member, weight, group.told[pick]))
+        found.append(Stencils(group.node[pick], member, weight, group.known[pick]))
     return found
 
 
@@ -322,7 +309,7 @@ def _in_blocks(
     points: Array, groups: list[Stencils], around: sparse.csr_matrix, area: Array, stiffness: Array
 ) -> Bends:
     """Arrays of the kernel: each group fills blocks of its own, in the order of its nodes."""
-    member, weight, centre, told, first = [], [], [], [], [0]
+    member, weight, centre, known, first = [], [], [], [], [0]
     for group in groups:
         for start in range(0, len(group.node), BLOCK):
             lane = np.minimum(np.arange(start, start + BLOCK), len(group.node) - 1)
@@ -330,12 +317,12 @@ def _in_blocks(
             member.append(group.member[lane].T)
             weight.append(group.weight[lane].transpose(2, 1, 0))
             centre.append(np.where(real, group.node[lane], -1))
-            told.append(group.told[lane] & real[:, None])
+            known.append(group.known[lane] & real[:, None])
             first.append(first[-1] + group.member.shape[1])
     if not member:
         return no_bends()
     members, (weights, spread) = np.concatenate(member), _spread(np.concatenate([_evened(w) for w in weight]))
-    node, real = np.concatenate(centre), np.concatenate(told)
+    node, real = np.concatenate(centre), np.concatenate(known)
     rows = np.repeat(np.arange(len(member)), np.diff(first))
     alive = node.reshape(-1, BLOCK)[rows] >= 0
     node_start, node_entry = _entries(members, alive, len(points))
@@ -377,7 +364,7 @@ def _spread(weight: Array) -> tuple[Array, NDArray[np.int8]]:
     return weight, spread.astype(np.int8)
 
 
-def _entries(members: Index, alive: NDArray[np.bool_], n_nodes: int) -> tuple[Index, Index]:
+def _entries(members: Index, alive: Flags, n_nodes: int) -> tuple[Index, Index]:
     """For each node, where in ``force`` its entries are, in the order of the stencils (compressed rows)."""
     row, lane = np.nonzero(alive)
     node = members[row, lane]

@@ -1,14 +1,12 @@
-"""Refuses points, cells, nodes and tables that no model can be made of, each with one message."""
+"""Checks of the points, cells, nodes and tables of a model."""
 
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: deviation of products of unit vectors from 1 and 0 that is taken for rounding
 ROUNDED = 1e-9
@@ -20,15 +18,11 @@ def finite(values: ArrayLike, name: str, shape: tuple[int, ...] | None = None) -
     """``values`` as numbers; raises :class:`InputError` for text, NaN, infinity and, where it is given, another
     ``shape`` (-1: any length).
     """
-    try:
-        array = np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
-    fits = shape is None or (
+    array = _numbers(values, name)
+    if shape is not None and not (
         len(shape) == array.ndim and all(want in (-1, have) for want, have in zip(shape, array.shape, strict=True))
-    )
-    if not fits:
-        wanted = ", ".join("n" if length < 0 else str(length) for length in shape or ())
+    ):
+        wanted = ", ".join("n" if length < 0 else str(length) for length in shape)
         raise InputError(f"{name}: expected the shape ({wanted}), got {array.shape}")
     bad = np.argwhere(~np.isfinite(array))
     if len(bad) and not array.ndim:
@@ -37,6 +31,13 @@ def finite(values: ArrayLike, name: str, shape: tuple[int, ...] | None = None) -
         at = ", ".join(str(k) for k in bad[0])
         raise InputError(f"{name}: not finite at [{at}]: {array[tuple(bad[0])]:g}; {len(bad)} such numbers")
     return array
+
+
+def _numbers(values: ArrayLike, name: str) -> Array:
+    try:
+        return np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
 
 
 def above(value: float, name: str, least: float = 0.0, *, equal: bool = False) -> float:
@@ -52,16 +53,13 @@ def direction(vector: ArrayLike, name: str) -> Array:
     array = finite(vector, name, (3,))
     size = float(np.linalg.norm(array))
     if size == 0.0:
-        raise InputError(f"{name}: a vector without length has no direction")
+        raise InputError(f"{name}: expected a vector of nonzero length")
     return np.asarray(array / size)
 
 
 def one_an_element(values: ArrayLike, name: str, count: int) -> Array:
     """``values`` (count,) or one for all, (count,); raises :class:`InputError` for others and NaN; infinity may be."""
-    try:
-        array = np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
+    array = _numbers(values, name)
     if array.shape not in ((), (count,)):
         raise InputError(f"{name}: expected one number or one of each of {count} elements, got {array.shape}")
     if np.isnan(array).any():
@@ -73,9 +71,9 @@ def tension_law(strain: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
     """Table of a section's law; raises :class:`InputError` unless it rises from (0, 0)."""
     e, f = finite(strain, "strain of a law", (-1,)), finite(force, "force of a law", (-1,))
     if len(e) != len(f) or len(e) < 2 or e[0] != 0.0 or f[0] != 0.0:
-        raise InputError("law: expected strains and forces, as many of each and two at least, from (0, 0) on")
+        raise InputError("law: expected at least two strains and as many forces, starting at (0, 0)")
     if (np.diff(e) <= 0.0).any() or (np.diff(f) < 0.0).any() or f[1] <= 0.0:
-        raise InputError("law: expected strains that rise and forces that do not fall, the second above 0")
+        raise InputError("law: expected rising strains and forces that do not fall, the second above 0")
     return e, f
 
 
@@ -111,8 +109,8 @@ def orthonormal(axes: ArrayLike) -> Array:
     return rows
 
 
-def independent(node: Index, turns: NDArray[np.bool_], axis: Array, local: NDArray[np.bool_]) -> None:
-    """Raises :class:`InputError` where motions of one node, of which one is ``local``, are not at right angles.
+def independent(node: Index, turns: Flags, axis: Array, local: Flags) -> None:
+    """Raise :class:`InputError` where motions of one node, of which one is ``local``, are not at right angles.
 
     Of each motion (n,): its ``node``, whether it ``turns``, its unit ``axis`` (n, 3). Motions are imposed one after
     the other: a later one would undo an earlier one in part.
@@ -134,8 +132,8 @@ def independent(node: Index, turns: NDArray[np.bool_], axis: Array, local: NDArr
             )
 
 
-def once_each(node: Index, dof: Index, still: NDArray[np.bool_], group: Index, names: Sequence[str]) -> None:
-    """Raises :class:`InputError` where two motions prescribe one degree of freedom and are not both ``still``.
+def once_each(node: Index, dof: Index, still: Flags, group: Index, names: Sequence[str]) -> None:
+    """Raise :class:`InputError` where two motions prescribe one degree of freedom and are not both ``still``.
 
     Of each motion (n,): ``node``, ``dof`` among ``names``, ``group`` that it was numbered by; sorted by node and dof.
     """
@@ -143,19 +141,16 @@ def once_each(node: Index, dof: Index, still: NDArray[np.bool_], group: Index, n
     for first in np.flatnonzero(twice)[:1]:
         one, other = sorted((int(group[first]), int(group[first + 1])))
         raise InputError(
-            f"{names[dof[first]]} of node {node[first]} is prescribed by motion {one} and again by motion {other}, as "
-            "move numbered them; the later would win: give each degree of freedom one motion"
+            f"{names[dof[first]]} of node {node[first]} is prescribed twice, by motions {one} and {other} (numbers "
+            "returned by move); give each degree of freedom one motion"
         )
 
 
 def in_elements(loaded: Index, cells: Index) -> None:
-    """Raises :class:`InputError` for ``loaded`` nodes that no element of ``cells`` has: the load would be lost."""
+    """Raise :class:`InputError` for ``loaded`` nodes that belong to no element of ``cells``."""
     stray = np.setdiff1d(loaded, cells)
     if stray.size:
-        raise InputError(
-            f"load: no element has node {stray[0]}, so nothing would bear it ({stray.size} in all): load nodes "
-            "of elements"
-        )
+        raise InputError(f"load: node {stray[0]} belongs to no element ({stray.size} such nodes); load other nodes")
 
 
 def chain_points(points: ArrayLike, number: int) -> Array:
@@ -165,14 +160,14 @@ def chain_points(points: ArrayLike, number: int) -> Array:
         raise InputError(f"points of chain {number}: {len(array)} given; a chain needs at least two")
     same = np.flatnonzero(np.linalg.norm(np.diff(array, axis=0), axis=1) == 0.0)
     if same.size:
-        raise InputError(f"points of chain {number}: points {same[0]} and {same[0] + 1} lie in one place")
+        raise InputError(f"points of chain {number}: points {same[0]} and {same[0] + 1} coincide")
     return array
 
 
 def chain_fields(
     fail_strain: ArrayLike, slack: ArrayLike, degree_of_set: ArrayLike, draw_in: ArrayLike, count: int, number: int
 ) -> None:
-    """Refuses what the ``count`` elements of chain ``number`` cannot have."""
+    """Check the fields of the ``count`` elements of chain ``number``; raises :class:`InputError`."""
     of = f"of chain {number}"
     if (one_an_element(fail_strain, f"fail_strain {of}", count) <= 0.0).any():
         raise InputError(f"fail_strain {of}: expected more than 0")
@@ -180,10 +175,10 @@ def chain_fields(
         raise InputError(f"slack {of}: expected finite strains")
     share = one_an_element(degree_of_set, f"degree_of_set {of}", count)
     if ((share < 0.0) | (share > 1.0)).any():
-        raise InputError(f"degree_of_set {of}: expected a share from 0 to 1")
+        raise InputError(f"degree_of_set {of}: expected 0 to 1")
     share = one_an_element(draw_in, f"draw_in {of}", count)
     if ((share < 0.0) | (share >= 1.0)).any():
-        raise InputError(f"draw_in {of}: expected a share from 0 to below 1")
+        raise InputError(f"draw_in {of}: expected 0 to below 1")
 
 
 def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:
@@ -197,7 +192,7 @@ def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:
     along = np.linalg.norm(np.cross(rows, normal), axis=1) / np.linalg.norm(normal, axis=1)
     bad = np.flatnonzero(along <= FLAT * np.maximum(np.linalg.norm(rows, axis=1), 1e-300))
     if bad.size:
-        raise InputError(f"warp: without length, or across cell {bad[0]}; expected a direction in its plane")
+        raise InputError(f"warp: zero, or normal to cell {bad[0]}; expected a direction in the plane of the cell")
     return array
 
 

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Index
 from knittest.base.history import Mesh
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import MacroModel
@@ -14,9 +15,6 @@ from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.fabric_model import FabricModel
 from knittest.models.in_plane import bend_bound, build_bends, highest_stiffness, rotary_inertia
 from knittest.models.sheet_tracker import SheetContact, SheetTracker
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def build_sheet(
@@ -51,13 +49,7 @@ def build_sheet(
 
 
 def lump(
-    laminate: Laminate,
-    position: Array,
-    conn: Index,
-    shells: Shells,
-    area_mass: float,
-    thickness: float,
-    bends: Bends,
+    laminate: Laminate, position: Array, conn: Index, shells: Shells, area_mass: float, thickness: float, bends: Bends
 ) -> tuple[Array, Array, float]:
     """Nodal mass [g] and rotary inertia [g mm^2] from the area mass, and the critical step [ms].
 
@@ -122,14 +114,8 @@ def build_rectangle(
 ) -> FabricModel:
     """Strip of ``direction`` yarns along y with node rows at ``y`` [mm]; all shells are equally strong."""
     position, conn = rectangle(y, width, element_size)
-    return build_sheet(
-        position,
-        conn,
-        laminate,
-        fabric.area_mass_g_per_mm2,
-        fabric.thickness_mm,
-        ALONG if direction == "warp" else ACROSS,
-    )
+    along = ALONG if direction == "warp" else ACROSS
+    return build_sheet(position, conn, laminate, fabric.area_mass_g_per_mm2, fabric.thickness_mm, along)
 
 
 def rectangle(y: Array, width: float, element_size: float) -> tuple[Array, Index]:

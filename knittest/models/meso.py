@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags
 from knittest.config.run import Run
 from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
@@ -16,8 +16,6 @@ from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.yarn_health import YarnContact
 from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
 
 #: pieces at the end of yarns that do not press each other: jaws hold them side by side, nearer than they are wide
 CUT = 2
@@ -43,7 +41,7 @@ def build_meso(
             _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
             stretch(run, path.uncut),
-            _degree_of_set(run, path, rows),
+            np.where(_held(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0),
             UPRIGHT,
             draw_in=_draw_in(run, path, rows, draws[path.system].loop),
         )
@@ -94,11 +92,6 @@ def stretch(run: Run, path: YarnPath) -> float:
     return loops * run.fabric.loop_length_mm / polygon
 
 
-def _degree_of_set(run: Run, path: YarnPath, rows: int) -> Array:
-    """Set of each element; loops at the cut edges, which nothing holds, are taken as set."""
-    return np.where(_held(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0)
-
-
 def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
     """Draw-in of each element, less than none in a course of longer loops; at the cut edges, which nothing holds, none.
 
@@ -109,7 +102,7 @@ def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
     return np.where(_held(run, path, rows), drawn, 0.0)
 
 
-def _held(run: Run, path: YarnPath, rows: int) -> NDArray[np.bool_]:
+def _held(run: Run, path: YarnPath, rows: int) -> Flags:
     """Elements of loops that other loops hold on all sides."""
     held = np.full(len(path.points) - 1, path.system == "knit" and path.index not in (0, rows - 1))
     loop = run.model.meso.elements_per_loop

@@ -6,16 +6,13 @@ with nodes turned along its bend; a yarn fully set in its shape starts with none
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, SECOND_ALONG
 from knittest.kernels.flatten import DRAG, EXPONENT, FREE, HIGH, LENGTH, PRODUCT, ROWS, STIFF
 from knittest.kernels.state import Beams, Contacts
 from knittest.models.contact_tracker import ContactTracker
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def natural_state(start: Index, chord: Array, degree_of_set: Array) -> tuple[Array, Array]:
@@ -32,7 +29,10 @@ def natural_state(start: Index, chord: Array, degree_of_set: Array) -> tuple[Arr
         node = start[:-1][counts == count][:, None] + np.arange(count)
         direction = chord[node[:, :-1]]
         direction = direction / np.linalg.norm(direction, axis=2, keepdims=True)
-        turned = _turns(_at_nodes(direction), 1.0 - degree_of_set[node[:, :-1]])
+        between = direction[:, :-1] + direction[:, 1:]  # at the nodes, halfway between the elements
+        between /= np.linalg.norm(between, axis=2, keepdims=True)
+        at_nodes = np.concatenate([direction[:, :1], between, direction[:, -1:]], axis=1)
+        turned = _turns(at_nodes, 1.0 - degree_of_set[node[:, :-1]])
         mean = turned[:, :-1] + turned[:, 1:]
         mean /= np.linalg.norm(mean, axis=2, keepdims=True)
         rotation[node], tangent[node[:, :-1]] = turned, _turned_back(mean, direction)
@@ -49,13 +49,6 @@ def natural_normal(rotation: Array, normal: Array) -> Array:
     return np.where(known, back, [1.0, 0.0, 0.0])
 
 
-def _at_nodes(direction: Array) -> Array:
-    """Unit directions at the nodes of chains, (m, k + 1, 3), halfway between those of the elements (m, k, 3)."""
-    between = direction[:, :-1] + direction[:, 1:]
-    between /= np.linalg.norm(between, axis=2, keepdims=True)
-    return np.concatenate([direction[:, :1], between, direction[:, -1:]], axis=1)
-
-
 def _turns(direction: Array, share: Array) -> Array:
     """Quaternions (m, k + 1, 4) that turn from node to node by ``share`` (m, k) of the shortest rotation."""
     axis = np.cross(direction[:, :-1], direction[:, 1:])
@@ -64,11 +57,11 @@ def _turns(direction: Array, share: Array) -> Array:
     step = np.concatenate([np.cos(half)[..., None], axis * (np.sin(half) / np.maximum(sine, 1e-30))[..., None]], axis=2)
     turned = np.tile([1.0, 0.0, 0.0, 0.0], (*direction.shape[:2], 1))
     for k in range(step.shape[1]):
-        turned[:, k + 1] = _product(step[:, k], turned[:, k])
+        turned[:, k + 1] = quaternion_product(step[:, k], turned[:, k])
     return turned
 
 
-def _product(p: Array, q: Array) -> Array:
+def quaternion_product(p: Array, q: Array) -> Array:
     """Quaternion products (m, 4)."""
     scalar = p[:, :1] * q[:, :1] - np.sum(p[:, 1:] * q[:, 1:], axis=1, keepdims=True)
     vector = p[:, :1] * q[:, 1:] + q[:, :1] * p[:, 1:] + np.cross(p[:, 1:], q[:, 1:])
@@ -78,15 +71,14 @@ def _product(p: Array, q: Array) -> Array:
 def _turned_back(q: Array, vector: Array) -> Array:
     """``vector`` (..., 3) turned by the inverse of the unit quaternions ``q`` (..., 4)."""
     across = 2.0 * np.cross(vector, q[..., 1:])
-    back: Array = vector + q[..., :1] * across + np.cross(across, q[..., 1:])
-    return back
+    return vector + q[..., :1] * across + np.cross(across, q[..., 1:])
 
 
 def turned_further(rotation: Array, vector: Array) -> Array:
     """Quaternions (n, 4) turned further by the rotation vectors ``vector`` (n, 3) [rad]."""
     angle = np.linalg.norm(vector, axis=1, keepdims=True)
     turn = np.hstack([np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * vector])
-    return _product(turn, rotation)
+    return quaternion_product(turn, rotation)
 
 
 def of_one_sign(rotation: Array) -> Array:
@@ -153,7 +145,7 @@ def shape_energy(shape: Array, beams: Beams, alive: Array, owned: Array | None) 
 #: curvature of a yarn times the distance to the centre of the ellipse's curvature, at which the nearest place turns
 #: into two, beside it
 CONFORMS = 1.0
-#: the same of the sections that are advised
+#: curvature times distance of the ratio that is advised
 ADVISED = 0.8
 #: kind of contact that holds the first yarn, and the second
 HOLDS = (FIRST_ALONG, SECOND_ALONG)
@@ -175,8 +167,7 @@ def conformity(tracker: ContactTracker, position: Array) -> Array:
         tangent = position[:, i] - position[:, i - 1] + s * bend
         along = sign * np.sum(_to_curvature(contacts, side, n) * bend, axis=0) / np.sum(tangent * tangent, axis=0)
         found[side] = np.where(contacts.line[:n] != HOLDS[side], along, 0.0)
-    largest: Array = found.max(axis=0)
-    return largest
+    return found.max(axis=0)
 
 
 def _to_curvature(contacts: Contacts, side: int, n: int) -> Array:
@@ -192,7 +183,7 @@ def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
 
 
 def conforming(tracker: ContactTracker, position: Array) -> str:
-    """Say which sections lie along yarns that bend around them, with the ratio that would do; empty if none does."""
+    """Sections that yarns bend around so closely that they touch twice, with a ratio that helps; empty if none."""
     contacts, n = tracker.contacts, tracker.count
     if not contacts.touch.size or not n:
         return ""
@@ -204,11 +195,11 @@ def conforming(tracker: ContactTracker, position: Array) -> str:
     worst = int(np.argmax(np.where(along > CONFORMS, force, 0.0)))
     first, second = (int(i) for i in contacts.piece[:, worst])
     ratio, most = _ratio_that_does(contacts, worst, first, second, float(along[worst]))
-    less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a packing higher"
+    less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a higher packing"
     return (
         f"fabric.reinforcing.section.width_to_height: {tracker.name_of(first)} and {tracker.name_of(second)} bend "
-        f"along each other's section of {ratio:.3g} times its height and would touch in two places, which contacts do "
-        f"not follow; expected {less}"
+        f"around a section {ratio:.3g} times as wide as high and would touch in two places; the contact model follows "
+        f"one place only; expected {less}"
     )
 
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass, fields, replace
 from math import ceil
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.kernels.flatten import STIFF
 from knittest.kernels.state import LATTICE, MAP, Images, Partitions
@@ -14,12 +15,10 @@ from knittest.kernels.vec import PARTITIONS
 from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.contact_tracker import CONTACT_SKIN
 from knittest.models.inputs import finite
+from knittest.models.natural_state import quaternion_product
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.yarn_health import YarnContact
-from knittest.models.yarn_model import YarnModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from knittest.models.yarn_model import YarnModel, section_of_nodes
 
 #: images of a chain's own nodes that its beams and contacts need, at either end
 ENDS = 3
@@ -74,7 +73,7 @@ def build_periodic(
     for number, chain in enumerate(chains):
         if len(chain.points) < ENDS or chain.along not in (0, 1):
             raise InputError(
-                f"chain {number}: {len(chain.points)} elements a period, along {chain.along}; expected at least "
+                f"chain {number}: {len(chain.points)} elements per period, along {chain.along}; expected at least "
                 f"{ENDS}, along lattice vector 0 or 1"
             )
     contact = contact and replace(contact, cut=0)  # ends of images are no ends of yarns
@@ -90,19 +89,16 @@ def _heights(vectors: Array) -> Array:
     """Heights [mm], (2,), of the parallelogram of the lattice over each of its sides."""
     area = float(np.linalg.norm(np.cross(*vectors)))
     if not area > 1e-9 * float(np.linalg.norm(vectors)) ** 2:
-        raise InputError("lattice: its vectors have no area; expected two that are not parallel")
+        raise InputError("lattice: expected two vectors that are not parallel")
     return np.asarray(area / np.linalg.norm(vectors[::-1], axis=1))
 
 
 def _reach(chains: Sequence[PeriodicChain], vectors: Array, shrink: float, slide: float) -> float:
     """Distance [mm] from nodes of the cell at the start within which pieces may come to touch theirs."""
     radius = max(chain.section.wide for chain in chains)
-    longest = max(float(np.linalg.norm(np.diff(_closed(c, vectors), axis=0), axis=1).max()) for c in chains)
+    elements = (np.diff(c.points, axis=0, append=c.points[:1] + vectors[c.along]) for c in chains)
+    longest = max(float(np.linalg.norm(of, axis=1).max()) for of in elements)
     return (2.0 * radius + CONTACT_SKIN + longest) / shrink + slide * radius
-
-
-def _closed(chain: PeriodicChain, vectors: Array) -> Array:
-    return np.vstack([chain.points, chain.points[:1] + vectors[chain.along]])
 
 
 def _pieces(chains: Sequence[PeriodicChain], vectors: Array, reach: float) -> list[_Piece]:
@@ -146,8 +142,8 @@ def _long(chain: PeriodicChain, piece: _Piece, vectors: Array) -> Chain:
     )  # fmt: skip
 
 
-def _masters(chains: Sequence[PeriodicChain], pieces: list[_Piece]) -> tuple[NDArray[np.bool_], Index, Index]:
-    """Tell of every node whether it is the cell's own, the node that it follows, and its image (n, 2)."""
+def _masters(chains: Sequence[PeriodicChain], pieces: list[_Piece]) -> tuple[Flags, Index, Index]:
+    """Flag of the cell's own nodes, the node that each follows, and its image (n, 2)."""
     start, first_own = 0, {}
     for piece in pieces:
         if piece.across == 0:
@@ -164,16 +160,14 @@ def _masters(chains: Sequence[PeriodicChain], pieces: list[_Piece]) -> tuple[NDA
     return np.concatenate(own), np.concatenate(master), np.concatenate(times)
 
 
-def _periodic(
-    flat: YarnModel, vectors: Array, own: NDArray[np.bool_], master: Index, times: Index, added: float
-) -> PeriodicModel:
+def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times: Index, added: float) -> PeriodicModel:
     """``flat`` with the nodes that are not ``own`` as images of their masters."""
     given = {f.name: getattr(flat, f.name) for f in fields(flat) if f.init}
     ghost, element = np.flatnonzero(~own), flat.element_node
     kept = own[element]
     n = flat.n_nodes
     near = _near(own, OFF if flat.group.excess.size else 0)
-    mesh, section = flat.mesh, _section_of(flat.parts, n)
+    mesh, section = flat.mesh, section_of_nodes(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
     images = _images(flat, vectors, ghost, master, times, element[kept], section)
     given |= {"images": images, "group": replace(flat.group, owned=own.astype(float), near=near, images=images)}
@@ -185,19 +179,12 @@ def _periodic(
     return PeriodicModel(**given, reference=vectors)
 
 
-def _near(own: NDArray[np.bool_], off: int) -> NDArray[np.bool_]:
+def _near(own: Flags, off: int) -> Flags:
     """Pieces, (n_nodes,), with a node that is ``own``, or ``off`` pieces from one at most."""
     return np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
 
 
-def _section_of(parts: Partitions, n: int) -> Index:
-    section = np.zeros(n, np.int64)
-    for first, stop, number in parts.span:
-        section[first:stop] = number
-    return section
-
-
-def _own_spans(parts: Partitions, own: NDArray[np.bool_], section: Index) -> Partitions:
+def _own_spans(parts: Partitions, own: Flags, section: Index) -> Partitions:
     """``parts`` with spans of the cell's nodes alone, each after the one image whose beam ends in it."""
     edge = np.flatnonzero(np.diff(np.concatenate([[0], own.astype(np.int64), [0]])))
     spans: list[list[int]] = []
@@ -224,7 +211,8 @@ def _images(
     normal = axis / np.linalg.norm(axis)
     lattice, zero = np.append(vectors.ravel(), 0.0), np.zeros(LATTICE)
     rotation = flat.nodes.rotation[:, :-1].T
-    gauge = _between(rotation[master[ghost]], rotation[ghost]).T
+    # h with rotation of the image = rotation of its master times h
+    gauge = quaternion_product(rotation[master[ghost]] * [1.0, -1.0, -1.0, -1.0], rotation[ghost]).T
     maps = np.zeros((len(distinct), MAP))
     maps[:, :3] = distinct[order] @ vectors
     maps[:, 9] = 1.0
@@ -234,11 +222,3 @@ def _images(
         np.zeros(LATTICE, np.int64), zero.copy(), np.array([along, normal, np.cross(along, normal)]), zero.copy(),
         np.full(LATTICE, -1),
     )  # fmt: skip
-
-
-def _between(first: Array, second: Array) -> Array:
-    """Quaternions h with second = first h, (n, 4)."""
-    back = first * [1.0, -1.0, -1.0, -1.0]
-    w, v = back[:, :1], back[:, 1:]
-    scalar = w * second[:, :1] - np.sum(v * second[:, 1:], axis=1, keepdims=True)
-    return np.hstack([scalar, w * second[:, 1:] + second[:, :1] * v + np.cross(v, second[:, 1:])])

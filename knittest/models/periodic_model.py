@@ -1,36 +1,22 @@
 """Model of a periodic cell: what counts of its beams and contacts, the lattice it repeats by, and the images it has."""
 
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
-from knittest.kernels.state import CURVATURE, Drive, Images, Nodes
+from knittest.kernels.state import CURVATURE, Drive, Images
 from knittest.models.boundary import Boundary
-from knittest.models.contact_tracker import CONTACT_SKIN, YarnContactGroup
-from knittest.models.explicit_model import Index, State, arrays_of, columns, prefixed, put_back, rows_of, under
+from knittest.models.contact_tracker import CONTACT_SKIN
+from knittest.models.explicit_model import State, arrays_of, columns, prefixed, put_back, rows_of, under
 from knittest.models.image_contacts import masters
 from knittest.models.tool import Table
 from knittest.models.yarn_model import YarnModel
 
-Array = NDArray[np.float64]
 
-
-class Cell(Protocol):
-    """The parts of a periodic model that are looked at."""
-
-    nodes: Nodes
-    images: Images
-    group: YarnContactGroup
-    owned: Array
-
-    def name_of(self, node: int) -> str:
-        """System and number of the yarn that owns ``node``."""
-
-
-def beyond(cell: Cell) -> str:
+def beyond(cell: "PeriodicModel") -> str:
     """Name the image that comes near a node of the cell without being in the model; empty if none does.
 
     Images next to those kept are placed as a flat fabric has them: bending takes them apart by a small part of a cell.
@@ -59,9 +45,9 @@ def beyond(cell: Cell) -> str:
             radius = cell.group.bound[own[np.array([m, int(nearest)])]].sum()
             if distance < radius + CONTACT_SKIN + 2.0 * half:
                 return (
-                    f"{cell.name_of(int(own[m]))} and {cell.name_of(int(own[nearest]))} come near each other where the "
-                    f"cell has no image, {times[0]:+d} and {times[1]:+d} cells away; keep more images: a larger "
-                    "rig.slide, or halo of a cell posed by hand"
+                    f"{cell.name_of(int(own[m]))} and {cell.name_of(int(own[nearest]))} approach each other where the "
+                    f"cell has no image, {times[0]:+d} and {times[1]:+d} cells away; increase rig.slide, or halo in "
+                    "the Python interface"
                 )
     return ""
 
@@ -72,7 +58,7 @@ NUMBERS = ("ax", "ay", "az", "bx", "by", "bz", "curvature")
 MOVING = ("lattice", "rate", "map", "inv_mass", "table")
 #: mass of a free number of the lattice over that of the cell: it stays slower than the nodes
 LATTICE_MASS = 4.0
-#: yarns slide slowly: number of looks at the health of a model between those at its images
+#: yarns slide slowly: number of checks of a model between those of its images
 HALO_LOOKS = 20
 
 
@@ -96,7 +82,8 @@ class PeriodicModel(YarnModel):
         super().__post_init__()
         assert self.group.owned is not None
         self.owned, self._looks = self.group.owned, 0
-        self._area = float(np.linalg.norm(np.cross(*self.reference)))
+        #: area of the cell at the start [mm^2]
+        self.area = float(np.linalg.norm(np.cross(*self.reference)))
 
     @property
     def lattice(self) -> Array:
@@ -108,16 +95,11 @@ class PeriodicModel(YarnModel):
         """Curvature [1/mm], positive where the fabric is hollow towards its face (+z)."""
         return float(self.images.lattice[CURVATURE])
 
-    @property
-    def area(self) -> float:
-        """Area of the cell at the start [mm^2]."""
-        return self._area
-
     def masters(self) -> Index:
         """See :meth:`YarnModel.masters`."""
         return masters(self.images)
 
-    def typical(self) -> NDArray[np.bool_]:
+    def typical(self) -> Flags:
         """See :meth:`YarnModel.typical`; all nodes of the cell."""
         return self.owned > 0.0
 
@@ -143,7 +125,7 @@ class PeriodicModel(YarnModel):
         normal = normal / np.linalg.norm(normal)
         along = direction / np.linalg.norm(direction)
         if abs(float(along @ normal)) > 1e-9:
-            raise InputError("direction of bending: it leaves the plane of the lattice")
+            raise InputError("direction of bending: expected one in the plane of the lattice")
         self.images.axes[:] = along, normal, np.cross(along, normal)
 
     def _group(self, boundary: Boundary, q: int) -> int:
@@ -153,16 +135,15 @@ class PeriodicModel(YarnModel):
 
     def _number(self, name: str) -> int:
         if name not in NUMBERS:
-            raise InputError(f"{name!r} is no number of the lattice; expected one of {', '.join(NUMBERS)}")
+            raise InputError(f"lattice: {name!r}; expected one of {', '.join(NUMBERS)}")
         q = NUMBERS.index(name)
         if self.images.group[q] >= 0:
-            raise InputError(f"{name} of the lattice is moved or free already")
+            raise InputError(f"{name} of the lattice is already moved or free")
         return q
 
     def counted(self) -> Array:
         """See :meth:`YarnModel.counted`; of the cell alone."""
-        alive: Array = self.beams.alive * self.owned
-        return alive
+        return self.beams.alive * self.owned
 
     def acting(self, drive: Drive) -> tuple[Any, ...]:
         """Fields of ``drive``: kernels of cells are compiled with tools whether there are any or not."""
@@ -183,7 +164,7 @@ class PeriodicModel(YarnModel):
         return super().name_of(int(self.masters()[node]))
 
     def diagnose(self, dt: float) -> str:
-        """See :class:`YarnHealth`; tells too where yarns reach images that there are none of."""
+        """See :meth:`YarnModel.diagnose`; names yarns that reach missing images too."""
         self._looks += 1
         missing = beyond(self) if self._looks % HALO_LOOKS == 1 else ""
         return super().diagnose(dt) or missing

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search, sheet_search
@@ -14,9 +15,6 @@ from knittest.kernels.sheet_surface import SheetContacts, SheetLaw, SheetMesh, e
 from knittest.kernels.shell_state import Shells
 from knittest.kernels.state import Nodes, Partitions
 from knittest.models.explicit_model import State, arrays_of, entry, put_back
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 def edge_neighbours(cells: Index) -> NDArray[np.int32]:
@@ -35,7 +33,7 @@ def edge_neighbours(cells: Index) -> NDArray[np.int32]:
     one, other = order[first[count == 2]], order[first[count == 2] + 1]
     if (wrong := start[one] == start[other]).any():
         a, b = one[np.argmax(wrong)] // 4, other[np.argmax(wrong)] // 4
-        raise InputError(f"shells {a} and {b} turn in opposite senses: expected the corners of all in one sense")
+        raise InputError(f"shells {a} and {b} have opposite orientation; order the corners of all shells in one sense")
     found = np.full(cells.size, -1)
     found[one], found[other] = other, one
     return np.ascontiguousarray(found.reshape(cells.shape).astype(np.int32))
@@ -64,7 +62,7 @@ def near_shells(points: Array, cells: Index, distance: float) -> tuple[Index, ND
 
 #: penalty of a node over m / dt^2, dt the step. A node between two sheets, as node and corner on both faces, gets eight
 #: times it, below the 4 (1 - 0.9^2) = 0.76 that a step of 0.9 leaves; at a quarter of that the energy that an impact
-#: loses within its first and last step stays below a percent, and sheets still sink in by micrometres only. Where it
+#: loses within its first and last step stays below a percent, and sheets still penetrate by micrometres only. Where it
 #: sticks on both faces, arms and damping may bring the quarter to one and a half: not counted, as friction bounds it
 STIFFNESS = 0.0243
 #: share of critical damping of a touching node
@@ -76,7 +74,7 @@ NEIGHBOURS = 1.6
 SKIN = 0.5
 #: fewest steps between two looks at the contacts
 LEAST_STEPS = 5
-#: overlap at the start, over half the thickness, above which the geometry is refused; pairs that are named
+#: overlap at the start, over half the thickness, above which the geometry is rejected; number of pairs in the message
 MAX_OVERLAP, LISTED = 0.20, 5
 
 
@@ -132,7 +130,7 @@ class SheetTracker:
         named = {int(k): self._describe(int(k), float(share[k])) for k in worst if share[k] > OVERLAP_COUNTS}
         if len(share) and share[worst[0]] > MAX_OVERLAP:
             raise InputError(
-                f"sheets overlap at the start by more than {100 * MAX_OVERLAP:g} % of half the thickness; worst first: "
+                f"initial overlap of shells exceeds {100 * MAX_OVERLAP:g} % of half the thickness; worst pairs: "
                 + "; ".join(text for k, text in named.items() if share[k] > MAX_OVERLAP)
             )
         return Overlaps(int((share > OVERLAP_COUNTS).sum()), float(share.max(initial=0.0)), tuple(named.values()))
@@ -168,10 +166,10 @@ class SheetTracker:
         return float(np.linalg.norm(self.contacts.force[:, : self.count], axis=0)[touching].sum())
 
     def diagnose(self) -> str:
-        """Names a node that has gone through a shell; empty if none has."""
+        """Name a node that has passed through a shell; empty if none has."""
         c = self.contacts
         through = np.flatnonzero((c.owners[: self.count] != 0) & (c.gap[: self.count] < 0.0))
-        return f"node {c.node[through[0]]} has gone through shell {c.shell[through[0]]}" if len(through) else ""
+        return f"node {c.node[through[0]]} has passed through shell {c.shell[through[0]]}" if len(through) else ""
 
     def state(self) -> State:
         """Contacts in use, where every node was last looked at, and the speed that sets the next look."""
@@ -189,10 +187,7 @@ class SheetTracker:
         self.speed = float(entry(state, "speed", ()))
 
     def _used(self) -> SheetContacts:
-        """Views of the columns in use."""
-        return SheetContacts(
-            **{name: getattr(self.contacts, name)[..., : self.count] for name in SheetContacts._fields}
-        )
+        return SheetContacts(*(column[..., : self.count] for column in self.contacts))  # type: ignore[arg-type]
 
     def _find_contacts(self) -> None:
         """Search where nodes moved and renew the list; it grows when it overflows."""

@@ -8,13 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.transform import Rotation
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.base.files import excerpt, read_regular
 from knittest.kernels.triangle_distance import crossings, far_distance, inherit, near_distance
 from knittest.models.tool import Tool, sampled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 #: most points that a surface is spread to
 MOST_POINTS = 2_000_000
@@ -50,8 +48,7 @@ class TriangleMesh:
     @property
     def corners(self) -> Array:
         """Corners of the triangles [mm], (m, 3, 3)."""
-        found: Array = self.points[self.triangles]
-        return found
+        return self.points[self.triangles]
 
     def spread(self, spacing: float) -> Array:
         """Points [mm], (n, 3), all over the surface: its corners, and between them a point every ``spacing`` [mm] at
@@ -72,8 +69,7 @@ class TriangleMesh:
     def normals(self) -> Array:
         """Outward normals times area [mm2], (m, 3)."""
         a, b, c = np.moveaxis(self.corners, 1, 0)
-        found: Array = 0.5 * np.cross(b - a, c - a)
-        return found
+        return 0.5 * np.cross(b - a, c - a)
 
     @property
     def volume(self) -> float:
@@ -92,10 +88,9 @@ class TriangleMesh:
         edges, count = self.edges, len(self.points)
         forth, back = edges @ np.array([count, 1]), edges @ np.array([1, count])
         _, number, times = np.unique(forth, return_inverse=True, return_counts=True)
-        found: Index = edges[~np.isin(forth, back) | (times[number] > 1)]
-        return found
+        return edges[~np.isin(forth, back) | (times[number] > 1)]
 
-    def turned(self, which: NDArray[np.bool_] | None = None) -> "TriangleMesh":
+    def turned(self, which: Flags | None = None) -> "TriangleMesh":
         """Mesh with all triangles, or those of ``which`` (m,), turned inside out."""
         turn = np.ones(len(self.triangles), bool) if which is None else which
         return TriangleMesh(self.points, np.where(turn[:, None], self.triangles[:, ::-1], self.triangles))
@@ -144,7 +139,9 @@ def surface(points: ArrayLike, triangles: ArrayLike, spacing: float, box: ArrayL
     if (shape < 2 * MARGIN).any():
         raise InputError("surface: lies where the fabric cannot touch it")
     if count > MOST_SAMPLES:
-        raise InputError(f"surface: {count:.2g} samples at {spacing:g} mm; expected a coarser spacing")
+        raise InputError(
+            f"surface: {count:.2g} samples at {spacing:g} mm, limit {MOST_SAMPLES:.2g}; use a coarser spacing"
+        )
     return sampled(origin, spacing, _samples(mesh.corners, origin, spacing, shape))
 
 
@@ -198,7 +195,7 @@ def check_closed(mesh: TriangleMesh) -> None:
     if abs(mesh.volume) < 1e-9 * extent**3:
         raise InputError("surface: encloses no volume")
     if mesh.volume < 0.0:
-        raise InputError("surface: inverted: its triangles turn right seen from outside; flip them")
+        raise InputError("surface: inverted: its normals point inwards; flip the triangles")
 
 
 def distances(corners: Array, points: Array, at_most: Array) -> Array:
@@ -220,16 +217,11 @@ def _samples(corners: Array, origin: Array, spacing: float, shape: Array) -> Arr
     inside = np.cumsum(steps, axis=2, dtype=np.int8) > 0
     distance: Array = np.sqrt(square, out=square)
     np.negative(distance, out=distance, where=inside)
-    if any(_jumps(distance, axis).max() > 1.5 * spacing for axis in range(3)):
-        raise InputError("surface: it runs through itself, so that its inside cannot be told")
+    # where the sign changes from sample to sample, a true distance changes by at most a spacing
+    jumps = (np.abs(np.diff(distance, axis=axis)) * np.diff(inside, axis=axis) for axis in range(3))
+    if any(jump.max() > 1.5 * spacing for jump in jumps):
+        raise InputError("surface: intersects itself, so its inside is not defined")
     return distance
-
-
-def _jumps(distance: Array, axis: int) -> Array:
-    """Change of the distance from sample to sample where its sign changes: at most a spacing of a true one."""
-    inside = distance < 0.0
-    jump: Array = np.abs(np.diff(distance, axis=axis)) * np.diff(inside, axis=axis)
-    return jump
 
 
 def _fill_far(corners: Array, origin: Array, spacing: float, square: Array, nearest: NDArray[np.int32]) -> None:

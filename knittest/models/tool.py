@@ -7,13 +7,12 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.kernels.state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tools
 from knittest.kernels.tool_contact import HELD
 from knittest.kernels.tool_shapes import FAR
 from knittest.models.inputs import above, direction, finite, orthonormal
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class Table:
         return 0.5 * float((y[1:] + y[:-1]) @ np.diff(at))
 
     @cached_property
-    def _arrays(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _arrays(self) -> tuple[Array, Array]:
         return np.array(self.time), np.array(self.value)
 
 

@@ -1,37 +1,51 @@
-"""Beam chains with yarn contact as a model of the explicit driver."""
+"""Beam chains with yarn contact as a model of the explicit driver, and the faults that make it unusable: a collapsed
+beam, one whose sections turn against its axis, a yarn that passes another.
+"""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array, Flags, Index
 from knittest.base.history import Overlaps
 from knittest.kernels import monitor
-from knittest.kernels.contact import spline_weights
+from knittest.kernels.contact import BESIDE, spline_weights
 from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
-from knittest.kernels.state import Beams, ContactLaw, Drive, Images, Tally
-from knittest.models.contact_tracker import ContactTracker, YarnContactGroup
-from knittest.models.explicit_model import (
-    Array,
-    ExplicitModel,
-    Index,
-    State,
-    Stored,
-    arrays_of,
-    prefixed,
-    put_back,
-    under,
-)
+from knittest.kernels.state import Beams, ContactLaw, Drive, Images, Partitions, Tally
+from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
+from knittest.models.explicit_model import ExplicitModel, State, Stored, arrays_of, prefixed, put_back, under
 from knittest.models.from_stiffness import beam_resultants
-from knittest.models.natural_state import shape_energy
-from knittest.models.yarn_health import YarnHealth
+from knittest.models.natural_state import refuse_conforming, shape_energy
 
 NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
 #: arrays of the beams that a run changes
 CHANGING = ("alive", "fail_time")
 #: mechanisms by which beams store energy; that of transverse shear, which bending needs, is with bending
 MECHANISMS = ("stretching", "bending", "torsion")
+#: length over rest length below which a beam has collapsed
+SHORTEST = 0.1
+#: distance of the centre-lines of a crossing over its reach below which one yarn is about to pass the other
+NEAREST = 0.1
+
+
+def section_of_nodes(parts: Partitions, n: int) -> Index:
+    """Beam section of each of ``n`` nodes."""
+    section = np.zeros(n, np.int64)
+    for first, stop, number in parts.span:
+        section[first:stop] = number
+    return section
+
+
+def _stiffness(parts: Partitions, beams: Beams) -> tuple[Array, Array]:
+    """Largest axial and the shear stiffness of every living beam [N/mm], (n_nodes,) each, 0 where there is none."""
+    tangent = np.maximum(beams.stiffness[:, 0], np.cumsum(beams.hinge_slope, axis=1).max(axis=1))
+    axial, shear = np.zeros(beams.alive.size), np.zeros(beams.alive.size)
+    for start, stop, section in parts.span:
+        if section >= 0:
+            living = np.where(beams.alive[start:stop] > 0.0, beams.inv_length[start:stop], 0.0)
+            axial[start:stop], shear[start:stop] = tangent[section] * living, beams.stiffness[section, 1] * living
+    return axial, shear
 
 
 @dataclass
@@ -53,7 +67,10 @@ class YarnModel(ExplicitModel):
     def __post_init__(self) -> None:
         self.tracker = ContactTracker(self.nodes, self.beams.alive, self.group, self.name_of)
         self.law = self.group.law if self.contact else NO_CONTACT
-        self.health = YarnHealth(self)
+        self.axial_stiffness, self.shear_stiffness = _stiffness(self.parts, self.beams)
+        self.node_load = np.zeros((self.n_nodes, 6))
+        # both yarns of a crossing may move, and contacts are looked at every LEAST_STEPS steps at the latest
+        self.farthest = float(self.group.radius.min()) / LEAST_STEPS
         self.pressed = self.contact and self.group.pressed
         self.prestressed |= self.pressed
         self.flattens = self.group.shape.size > 0
@@ -134,12 +151,11 @@ class YarnModel(ExplicitModel):
         """Node that every node is, or in a periodic cell is an image of, (n_nodes,)."""
         return np.arange(self.n_nodes)
 
-    def typical(self) -> NDArray[np.bool_]:
-        """Nodes (n_nodes,) that stand for the fabric: those in the middle third of the piece in each direction."""
+    def typical(self) -> Flags:
+        """Flags (n_nodes,) of the nodes in the middle third of the piece in each direction, away from its edges."""
         place = self.nodes.position[:2, : self.n_nodes]
         low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
-        found: NDArray[np.bool_] = (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
-        return found
+        return (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
 
     def failed(self) -> Index:
         """Broken beams by yarn system."""
@@ -157,10 +173,7 @@ class YarnModel(ExplicitModel):
 
     def resultants(self) -> dict[str, Array]:
         """See :meth:`ExplicitModel.resultants` and :func:`beam_resultants`."""
-        section = np.zeros(self.n_nodes, np.int64)
-        for first, stop, number in self.parts.span:
-            section[first:stop] = number
-        element = self.element_node
+        element, section = self.element_node, section_of_nodes(self.parts, self.n_nodes)
         return self.fields() | beam_resultants(self.nodes, self.beams, element, section[element])
 
     def contact_forces(self) -> tuple[Array, Array, Index]:
@@ -186,17 +199,74 @@ class YarnModel(ExplicitModel):
         broken = np.unique(self.group.chain[np.isfinite(time) & (time > since)])
         return np.flatnonzero(np.isin(self.group.chain, broken))
 
-    def invalid_state(self, dt: float) -> str:
-        """See :meth:`YarnHealth.invalid_state`."""
-        return self.health.invalid_state(dt)
-
     def diagnose(self, dt: float) -> str:
-        """See :class:`YarnHealth`."""
-        return self.health.diagnose(dt)
+        """Diagnose the present state at time step ``dt`` [ms]; empty if nothing is wrong.
+
+        Raises :class:`InputError` for sections that lie along the loops, see :func:`refuse_conforming`.
+        """
+        fault = self.invalid_state(dt)
+        if not fault and self.contact:
+            refuse_conforming(self.tracker, self.nodes.position)
+        return fault
+
+    def invalid_state(self, dt: float) -> str:
+        """Describe a collapsed beam, one whose sections turn, yarns that pass each other, or a node too fast for the
+        search of contacts at time step ``dt`` [ms]; empty if there is none.
+        """
+        if monitor.count_short_beams(self.nodes.position, self.beams.alive, self.beams.inv_length, SHORTEST):
+            return self._collapsed()
+        return self._turning() or ((self._pierced() or self._too_fast(dt)) if self.contact else "")
+
+    def _turning(self) -> str:
+        i, ratio = monitor.least_stable_beam(self.nodes, self.parts, self.beams)
+        if ratio <= 1.0:
+            return ""
+        chord = self.nodes.position[:, i + 1] - self.nodes.position[:, i]
+        stretch = float(np.linalg.norm(chord)) * float(self.beams.inv_length[i])
+        shear = float(self.shear_stiffness[i] / self.beams.inv_length[i])
+        tension, limit = ratio * shear * stretch, shear * stretch
+        return (
+            f"the tension of {self.name_of(i)} (node {i}), {tension:.4g} N at {100 * (stretch - 1):.3g} % strain, "
+            f"exceeds GA (1 + e) = {limit:.4g} N: its sections are unstable in shear; use a shear stiffness GA of "
+            f"at least {ratio * shear:.4g} N, or in a test a larger rig.membrane_share"
+        )
+
+    def _collapsed(self) -> str:
+        length = np.linalg.norm(np.diff(self.position(), axis=0, append=np.nan), axis=1)
+        ratio = np.where(self.beams.alive > 0.0, length * self.beams.inv_length, np.inf)
+        i = int(np.nanargmin(ratio))
+        return f"a beam of {self.name_of(i)} (node {i}) has collapsed to {100 * ratio[i]:.1f} % of its length"
+
+    def _too_fast(self, dt: float) -> str:
+        step = self.tracker.speed * dt
+        if not step > self.farthest:
+            return ""
+        i = int(np.argmax(np.sum(self.nodes.velocity[:, : self.n_nodes] ** 2, axis=0)))
+        return (
+            f"node {i} of {self.name_of(i)} moves {step:.3g} mm in one step, which exceeds the limit of "
+            f"{self.farthest:.3g} mm: contacts could be missed"
+        )
+
+    def _pierced(self) -> str:
+        contacts, count = self.tracker.contacts, self.tracker.count
+        if not monitor.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
+            return ""
+        share = np.linalg.norm(contacts.offset[:, :count], axis=0) / contacts.reach[:count]
+        c = int(np.argmin(np.where(contacts.line[:count] != BESIDE, share, np.inf)))
+        names = " and ".join(self.name_of(int(i)) for i in contacts.piece[:, c])
+        return f"{names} pass through each other (node {int(contacts.piece[0, c])})"
 
     def stable_step(self) -> tuple[float, str]:
-        """See :meth:`YarnHealth.stable_step`."""
-        return self.health.stable_step() if self.contact else super().stable_step()
+        """Critical step [ms] of the node that its contacts load most, and its name; infinite where none touches."""
+        if not self.contact:
+            return super().stable_step()
+        i, bound = monitor.stiffest_node(
+            self.tracker.contacts, self.tracker.count, self.law, self.axial_stiffness, self.shear_stiffness, self.nodes,
+            self.node_load,
+        )  # fmt: skip
+        if i < 0 or bound <= 0.0:
+            return np.inf, ""
+        return 2.0 / float(bound) ** 0.5, f"contacts on node {i} of {self.name_of(i)}"
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living beams and contacts."""

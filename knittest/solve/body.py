@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.kernels.shell_state import Laminate, set_strength
 from knittest.kernels.threading import best_threads, limited
@@ -23,8 +24,6 @@ from knittest.models.yarn_model import YarnModel
 from knittest.solve.pace import Pace
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.state import Stepping
-
-Array = NDArray[np.float64]
 
 #: steps between looks at displacement and damping loss
 CHUNK = 20
@@ -45,7 +44,7 @@ class Body:
     ) -> None:
         self.model, self.dt = model, above(safety, "safety") * model.critical_step
         if safety > 1.0:
-            raise InputError(f"safety: {safety:g}; above 1 the step is longer than the critical one")
+            raise InputError(f"safety: {safety:g}; expected at most 1, the critical time step")
         if threads is not None:
             above(threads, "threads", 1.0, equal=True)
         self.threads = threads or (1 if model.n_nodes < SMALL else best_threads(None))
@@ -66,11 +65,11 @@ class Body:
     ) -> "Body":
         """Beam chains, whose nodes are numbered in their order; yarns touch if ``contact`` says how."""
         if not chains:
-            raise InputError("chains: none given")
+            raise InputError("chains: expected at least one")
         for name in ("normal", "tangential", "friction", "damping") if contact else ():
             above(getattr(contact, name), f"{name} of the contact", equal=True)
         if contact is not None and contact.patch is not None:
-            above(contact.tangential, "tangential of the contact, whose patch is held by it,")
+            above(contact.tangential, "tangential of the contact with a patch")
         for number, chain in enumerate(chains):
             count = len(chain_points(chain.points, number)) - 1
             chain_fields(chain.fail_strain, chain.slack, chain.degree_of_set, chain.draw_in, count, number)
@@ -105,7 +104,7 @@ class Body:
     def set_strength(self, strength: ArrayLike) -> None:
         """Give each shell a ``strength`` (n_el,) over the laminate's fracture strains [-]."""
         if not isinstance(self.model, FabricModel):
-            raise InputError("strength: of shells only; a Chain has fail_strain")
+            raise InputError("strength: for shells only; use fail_strain of a Chain")
         share = finite(strength, "strength", (len(self.model.mesh.cells),))
         if (share <= 0.0).any():
             raise InputError(f"strength of shell {int(np.argmax(share <= 0.0))}: expected more than 0")
@@ -196,8 +195,8 @@ class Body:
         moving = self.boundary.still_moving()
         if moving:
             raise InputError(
-                f"relax: the table of {moving[0]} ends at a speed that is not 0: there is no state of rest; "
-                "advance to the place first, or end the table with 0"
+                f"relax: the table of {moving[0]} ends at a nonzero speed, so there is no equilibrium; advance to the "
+                "final position first, or end the table with 0"
             )
         going = self.start()
         with limited(self.threads):
@@ -205,20 +204,18 @@ class Body:
         self._read(found.last_chunk)
         if must_converge and not found.converged:
             raise NumericalError(
-                f"relax: not at rest after {found.steps} steps: residual {found.residual:.2g}; allow more steps "
-                "(most_steps), or look at what moves (must_converge=False)"
+                f"relax: no equilibrium after {found.steps} steps, residual {found.residual:.2g}; raise most_steps, or "
+                "inspect the state with must_converge=False"
             )
         self._check_state()
         return found
 
     def _check_state(self) -> None:
-        """Raise :class:`NumericalError` for a state that no result can be read from."""
         if fault := self.model.invalid_state(self.dt):
             what, _, remedy = fault.partition("; ")
-            raise NumericalError(f"{what} at {self.time:.5g} ms; {remedy or 'a smaller safety, or slower motion'}")
+            raise NumericalError(f"{what} at {self.time:.5g} ms; {remedy or 'reduce safety or the speed of motion'}")
 
     def _read(self, steps: int) -> None:
-        """Take the means of the last ``steps``."""
         going = self.start()
         self._support = going.tally.support.sum(axis=0) / steps
         self._row = take_readings(going.tally, going.drive, steps)
@@ -244,7 +241,7 @@ class Body:
         """
         return self.model.resultants()
 
-    def contact_forces(self) -> tuple[Array, Array, NDArray[np.int64]]:
+    def contact_forces(self) -> tuple[Array, Array, Index]:
         """Places [mm] and forces [N] where yarns touch, (n, 3) each; forces on the first of their chains (n, 2)."""
         return self.model.contact_forces()
 
@@ -277,9 +274,9 @@ class Body:
 
     def _check_group(self, group: int) -> None:
         if group not in range(self.boundary.groups):
-            raise InputError(f"reaction of group {group}: expected a number that boundary.move returned")
+            raise InputError(f"reaction of group {group}: expected a number returned by boundary.move")
         if not self._row.size:
-            raise InputError("reaction: nothing has been advanced yet")
+            raise InputError("reaction: no step has been made yet")
 
     def energies(self) -> dict[str, float]:
         """Energies [mJ]: kinetic, internal, contact, hourglass, friction, contact_damping (of free tools too),
@@ -310,5 +307,5 @@ class Body:
         return found | given | {"balance": balance, "friction_of_spin": going.rubbed()["spin"]}
 
     def _spinning(self) -> float:
-        """Rotary kinetic energy [mJ] half a step ago."""
+        """Rotary kinetic energy [mJ] half a step earlier."""
         return 0.5 * float((self.model.inertia[:, None] * self.spin**2).sum())

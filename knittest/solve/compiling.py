@@ -25,12 +25,12 @@ from knittest.solve.threads import check_layer
 
 Compiler = subprocess.Popen[bytes]
 
-#: what the second process says when it has compiled what a step needs of it
+#: message of the second process when its part of the step is compiled
 LINKED = b"linked"
 
 
 def compiled_before(kernels: str) -> bool:
-    """Tell whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
+    """Return whether the cache on disk holds all of ``kernels`` for this processor and these versions."""
     marker = _marker(kernels)
     return marker is not None and marker.is_file()
 
@@ -48,7 +48,8 @@ def compiling(*kernels: str) -> Iterator[None]:
         yield
         compiler.wait()
     finally:
-        _end(compiler)
+        compiler.kill()
+        compiler.communicate()
 
 
 def fill_cache(*kernels: str) -> None:
@@ -84,7 +85,8 @@ def _second_process(kernels: str) -> Iterator[Compiler | None]:
         yield second
     finally:
         if second is not None:
-            _end(second)
+            second.kill()
+            second.communicate()
 
 
 def compile_beside(kernels: str) -> None:
@@ -105,11 +107,6 @@ def _process(call: str) -> Compiler | None:
         return subprocess.Popen(command, env=environment, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)
     except OSError:
         return None
-
-
-def _end(process: Compiler) -> None:
-    process.kill()
-    process.communicate()
 
 
 def end_with_parent() -> None:
@@ -138,7 +135,7 @@ def _alone(kernels: str) -> Iterator[None]:
 
 
 def _marker(kernels: str) -> Path | None:
-    """Named after all that makes Numba compile anew, in the folder of the sources loaded; None where there is none."""
+    """File whose name holds all that makes Numba compile again; None without a cache."""
     import numba
     from llvmlite import binding
 
@@ -152,7 +149,7 @@ _warm: set[str] = set()
 
 
 def lacking(run: Run, threads: int = 1) -> tuple[str, ...]:
-    """Names of the kernels that ``run`` needs and the cache has not."""
+    """Kernels that ``run`` needs and the cache lacks."""
     return tuple(k for k in kernels_of(run, threads) if k not in _warm and not compiled_before(k))
 
 
@@ -180,11 +177,11 @@ def warm(run: Run, observer: Observer = SILENT, threads: int = 1) -> float:
 
 
 def compiled(run: Run, phase: Callable[[str], None], threads: int = 1) -> bool:
-    """Compile what the cache lacks of what ``run`` needs on ``threads``, if anything, as a ``phase``; tell whether."""
+    """Compile as a ``phase`` what the cache lacks of what ``run`` needs on ``threads``; returns whether it had to."""
     missing, kept = lacking(run, threads), CODE_FOLDER is not None
     if not missing:
         return False
-    once = "once per installation" if kept else "nothing is cached"
+    once = "once per installation" if kept else "no cache"
     phase(f"compiling the {run.model.scale} kernels ({once})")
     if kept:
         with compiling(*missing):

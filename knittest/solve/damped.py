@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import NumericalError
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.state import ALONG, Drive, Tally
@@ -18,8 +18,6 @@ from knittest.kernels.tool_contact import FREE
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.pace import Pace
-
-Array = NDArray[np.float64]
 
 
 class LooseTools:
@@ -60,24 +58,17 @@ class LooseTools:
         return np.hstack([free, np.zeros_like(free)])
 
 
-def applied_to_tools(drive: Drive, last: Array) -> float:
-    """Sum of the forces [N] on free tools by the ``last`` values of the tables."""
-    tools = drive.tools
-    acts = (tools.motion == FREE) & (tools.load >= 0)
-    return float(np.abs(last[tools.load[acts]]).sum())
-
-
 #: steps between estimates of the slowest frequency
 CHUNK = 50
 #: lowest circular frequency a step that damping follows down to
 SLOWEST = 1e-6
-#: speed [mm/ms] that no yarn and no sheet coming to rest can have
+#: speed [mm/ms] that no yarn and no sheet can have while it relaxes
 TOO_FAST = 1e5
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Steps of a chunk: the sum of the ``force`` [N] out of balance at its end, the largest move [mm] in it, and the
+    """Steps of a chunk: the residual ``force`` [N] at its end, the largest move [mm] in it, and the
     circular frequency a step of the slowest mode.
     """
 
@@ -101,7 +92,12 @@ class DampedModel:
 
     def __init__(self, model: ExplicitModel, drive: Drive, tally: Tally, dt: float, at: float) -> None:
         self.model, self.drive, self.tally, self.dt, self.at = model, drive, tally, dt, at
-        self.free, self.arm = _free(model, drive), _gyration(model)
+        self.free = np.repeat(np.column_stack([model.mass > 0.0, model.inertia > 0.0]).astype(float), 3, axis=1)
+        fixed = drive.motions.dof < ALONG  # along axes of one's own all stay free: forces hold the reaction
+        self.free[drive.motions.node[fixed], drive.motions.dof[fixed]] = 0.0
+        turning = (model.mass > 0.0) & (model.inertia > 0.0)
+        arm = np.sqrt(np.where(turning, model.inertia, 1.0) / np.where(turning, model.mass, 1.0))
+        self.arm = np.repeat(np.column_stack([np.ones(model.n_nodes), arm]), 3, axis=1)
         self.frequency, self.steps = 0.05, 0
         self._scratch, self._pace = np.zeros((PARTITIONS, SCRATCH)), Pace(get_num_threads())
         model.halt()
@@ -123,7 +119,7 @@ class DampedModel:
         self._step(1)
         self.steps += steps
         _refuse_runaway(self.model, self.steps)
-        force = self._out_of_balance(kept * spin)
+        force = self._residual_forces(kept * spin)
         move = np.hstack([self.model.position() - before, _turn(facing, nodes.rotation[:, :n])]) * self.arm * self.free
         move = np.vstack([move, self._tools.moves()])
         if self._last is not None:
@@ -140,7 +136,7 @@ class DampedModel:
     def _step(self, steps: int) -> None:
         self.model.advance(steps, self.at, self.dt, self.drive, self.tally, self._scratch)
 
-    def _out_of_balance(self, spin: Array) -> Array:
+    def _residual_forces(self, spin: Array) -> Array:
         """Forces, and moments over radii of gyration, after a step from the damped ``spin``, (n_nodes + n_tools, 6)."""
         nodes, n = self.model.nodes, self.model.n_nodes
         # no sum of a node has all of its moments; one held about axes of one's own does not spin about them
@@ -157,27 +153,9 @@ def _refuse_runaway(model: ExplicitModel, steps: int) -> None:
     if wrong.any():
         bad = int(np.argmax(wrong))
         raise NumericalError(
-            f"dynamic relaxation is no longer finite after {steps} steps, first at node {bad} of "
+            f"dynamic relaxation diverged after {steps} steps, first at node {bad} of "
             f"{model.name_of(bad)}; reduce solver.safety"
         )
-
-
-def _free(model: ExplicitModel, drive: Drive) -> Array:
-    """1 for degrees of freedom that may move, else 0, (n_nodes, 6).
-
-    Along axes of one's own all are 1: forces hold the reaction.
-    """
-    free = np.repeat(np.column_stack([model.mass > 0.0, model.inertia > 0.0]).astype(float), 3, axis=1)
-    fixed = drive.motions.dof < ALONG
-    free[drive.motions.node[fixed], drive.motions.dof[fixed]] = 0.0
-    return free
-
-
-def _gyration(model: ExplicitModel) -> Array:
-    """Radius of gyration [mm] of the turns of each node, 1 for its translations, (n_nodes, 6)."""
-    turning = (model.mass > 0.0) & (model.inertia > 0.0)
-    arm = np.sqrt(np.where(turning, model.inertia, 1.0) / np.where(turning, model.mass, 1.0))
-    return np.repeat(np.column_stack([np.ones(model.n_nodes), arm]), 3, axis=1)
 
 
 def _turn(before: Array, after: Array) -> Array:

@@ -1,17 +1,17 @@
 """Tiny models of shipped fabrics that call every kernel of a run, and the names of the kernels that runs need."""
 
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
+from knittest.base.arrays import Array
 from knittest.base.kinds import kinds
 from knittest.config.run import Output, Run, Scale
 from knittest.fabric.strip import YarnPath
 from knittest.fabric.topology import YarnDraws
 from knittest.kernels.beam import advance_beams
 from knittest.kernels.explicit import SCRATCH, contact_share, outside, shell_share
-from knittest.kernels.state import Array, Drive, Tally
+from knittest.kernels.state import Drive, Tally
 from knittest.kernels.threading import limited
 from knittest.kernels.tool_contact import tool_energies
 from knittest.kernels.vec import PARTITIONS
@@ -30,8 +30,8 @@ from knittest.solve.simulate import simulate
 
 #: self-contact of shells, rigid tools, crossings that resist spin, elliptic sections, a periodic cell, several threads
 CONTACT, TOOLS, SPIN, OVAL, PERIODIC, THREADS = "contact", "tools", "spin", "oval", "periodic", "threads"
-#: what ``knittest warmup`` compiles, by scale; the first run whose crossings resist spin or whose sections are elliptic
-#: compiles what it needs
+#: kernels that ``knittest warmup`` compiles, by scale; the first run with spin friction or elliptic sections compiles
+#: its own
 ALL = {
     "meso": ("meso", "meso-tools", "meso-periodic", "meso-threads", "meso-tools-threads"),
     "macro": ("macro", "macro-tools", "macro-contact-tools", "macro-threads", "macro-tools-threads"),
@@ -66,7 +66,7 @@ def _name(run: Run, needed: list[str]) -> str:
 
 
 def is_for(kernels: str, what: str) -> bool:
-    """Tell whether ``kernels`` are compiled for one of :data:`CONTACT` to :data:`THREADS`."""
+    """Return whether ``kernels`` are compiled for one of :data:`CONTACT` to :data:`THREADS`."""
     return what in kernels.split("-")
 
 
@@ -80,15 +80,6 @@ ELLIPSES = [
 ]  # fmt: skip
 #: pairs of yarn systems that cross
 CROSSINGS = ("inlay_inlay", "inlay_loop", "loop_loop")
-
-
-class _Moved(NamedTuple):
-    """Step size, drive, tally and work space of the tiny model."""
-
-    dt: float
-    drive: Drive
-    tally: Tally
-    scratch: Array
 
 
 class Exercise:
@@ -110,7 +101,7 @@ class Exercise:
 
     def elements(self) -> None:
         """Call what evaluates contacts, or shells."""
-        model, (dt, _, tally, scratch) = self.model, self._moved
+        model, (dt, _, tally, scratch) = self.model, self._started
         if isinstance(model, YarnModel):
             contacts, alive = model.tracker.contacts, model.beams.alive
             oval = True if model.group.excess.size else None
@@ -120,7 +111,7 @@ class Exercise:
 
     def nodes(self) -> None:
         """Call what beams, tools and loads do to nodes."""
-        model, (dt, drive, tally, scratch) = self.model, self._moved
+        model, (dt, drive, tally, scratch) = self.model, self._started
         if isinstance(model, YarnModel):
             advance_beams(0, 0, 0, 0.0, dt, model.nodes, model.beams, scratch[0])
         actions = model.acting(drive)
@@ -128,7 +119,7 @@ class Exercise:
 
     def between(self) -> None:
         """Call what a run does between steps: search, energies, fields, guards."""
-        model, (dt, drive, _, _) = self.model, self._moved
+        model, (dt, drive, _, _) = self.model, self._started
         model.prepare()
         tool_energies(model.nodes, drive.tools, drive.touch, model.n_nodes)
         model.stored()
@@ -138,16 +129,17 @@ class Exercise:
 
     def step(self) -> None:
         """Call the whole step, which links what the others compiled."""
-        dt, drive, tally, scratch = self._moved
+        dt, drive, tally, scratch = self._started
         with limited(self.threads):
             self.model.step(0, 0.0, dt, drive, tally, scratch)
 
     @cached_property
-    def _moved(self) -> _Moved:
+    def _started(self) -> tuple[float, Drive, Tally, Array]:
+        """Step size, drive, tally and work space of the tiny model."""
         dt = self.run.solver.safety * self.model.critical_step
         boundary = Boundary(self.model, dt)
         self.rig.constrain(boundary)
-        return _Moved(dt, boundary.drive(), new_tally(boundary), np.zeros((PARTITIONS, SCRATCH)))
+        return dt, boundary.drive(), new_tally(boundary), np.zeros((PARTITIONS, SCRATCH))
 
 
 def _run_of(kernels: str) -> Run:

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.kernels.threading import limited
 from knittest.models.crossings import Crossings, crossings, surfaces
@@ -17,8 +18,6 @@ from knittest.models.yarn_health import YarnContact
 from knittest.solve.body import Body
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.state import Stepping
-
-Array = NDArray[np.float64]
 
 #: relaxations of a cell with a free lattice until both it and the cell are at rest, at most
 ROUNDS = 20
@@ -44,7 +43,7 @@ class PeriodicBody(Body):
     ) -> "PeriodicBody":
         """Cell of ``chains`` that repeats by the vectors ``lattice`` (2, 3) [mm]; see :func:`build_periodic`."""
         if not chains:
-            raise InputError("chains: none given")
+            raise InputError("chains: expected at least one")
         return cls(build_periodic(chains, lattice, part_names, contact, halo=halo), **options)
 
     @property
@@ -79,9 +78,9 @@ class PeriodicBody(Body):
         return super().start()
 
     def settle(self, tolerance: float = 1e-2, most_steps: int = 100_000) -> Relaxation:
-        """Let the cell come to rest where it is, its free lattice too: mean stress and forces on nodes vanish.
+        """Relax the cell where it is, its free lattice too: mean stress and forces on nodes vanish.
 
-        Converged when the forces out of balance, and those on the free lattice, are below ``tolerance`` of the sum of
+        Converged when the residual forces, and those on the free lattice, are below ``tolerance`` of the sum of
         contact forces. Tables are taken at their first values, which should be 0.
         """
         going, images = self.start(), self.cell.images
@@ -108,8 +107,8 @@ class PeriodicBody(Body):
         moving = [name for name, table in zip(NUMBERS, tables, strict=True) if table.value[-1] != 0.0]
         if moving:
             raise InputError(
-                f"relax: the table of {moving[0]} of the lattice ends at a speed that is not 0: there is no state of "
-                "rest; advance to the place first, or end the table with 0"
+                f"relax: the table of {moving[0]} of the lattice ends at a nonzero speed, so there is no equilibrium; "
+                "advance to the final position first, or end the table with 0"
             )
         return super().relax(must_converge, **options)
 
@@ -125,15 +124,13 @@ class PeriodicBody(Body):
 
         Its columns are the forces on lines across x, y (and z: none).
         """
-        found: Array = self._pulls()[:6].reshape(2, 3).T @ self.cell.reference / self.cell.area
-        return found
+        return self._pulls()[:6].reshape(2, 3).T @ self.cell.reference / self.cell.area
 
     def stress(self) -> Array:
         """Mean Cauchy stress (3, 3) [N/mm] over the last chunk of steps: force per length now."""
         vectors = self.cell.lattice
         area = float(np.linalg.norm(np.cross(*vectors)))
-        found: Array = self._pulls()[:6].reshape(2, 3).T @ vectors / area
-        return found
+        return self._pulls()[:6].reshape(2, 3).T @ vectors / area
 
     def bending_moment(self) -> float:
         """Mean moment [N] over the last chunk of steps: per length across it, of the fabric about its middle z = 0."""
@@ -142,13 +139,8 @@ class PeriodicBody(Body):
     def _pulls(self) -> Array:
         """Mean derivatives of the energy by the numbers of the lattice."""
         if not self._row.size:
-            raise InputError("stress: nothing has been advanced yet")
+            raise InputError("stress: no step has been made yet")
         return self._support[self.cell.images.group]
-
-    def energies_by_mechanism(self) -> dict[str, dict[str, float]]:
-        """Elastic energies [mJ] of the beams by part and by stretching, bending (with transverse shear), torsion."""
-        names, found = self.cell.mesh.part_names, self.cell.beam_energies()
-        return {part: {name: float(v[k]) for name, v in found.items()} for k, part in enumerate(names)}
 
     def crossings(self) -> dict[str, Crossings]:
         """Contacts that touch, by the parts of their yarns; see :class:`Crossings`."""

@@ -1,7 +1,7 @@
-"""Static states by dynamic relaxation: chunks of damped steps until forces and moves say that a model is at rest.
+"""Static states by dynamic relaxation: chunks of damped steps until forces and moves have vanished.
 
-Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. Tools that are free to move come
-to rest with the nodes.
+Underwood (1983), Dynamic relaxation, in: Computational Methods for Transient Analysis. Tools that are free to move
+relax with the nodes.
 """
 
 from collections.abc import Callable
@@ -9,13 +9,13 @@ from dataclasses import dataclass, field
 from math import ceil
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.kernels.state import Drive, Tally
+from knittest.kernels.tool_contact import FREE
 from knittest.models.explicit_model import ExplicitModel
-from knittest.solve.damped import CHUNK, Chunk, DampedModel, applied_to_tools
+from knittest.solve.damped import CHUNK, Chunk, DampedModel
 
-Array = NDArray[np.float64]
 #: called with the steps done and the most that there may be
 Look = Callable[[int, float], None]
 
@@ -24,13 +24,13 @@ AT_THE_END = 1e12
 #: sum of forces over that of m x / dt^2, which rounding causes: stiffnesses are at most 4 m / dt^2
 ROUNDING = 4.0 * float(np.finfo(float).eps)
 #: fewest and most steps, else a period of the slowest mode, in which the residual no longer falls by a tenth, and
-#: residual up to which such a state is one of rest
+#: residual up to which such a state is an equilibrium
 STALLED, LOST = (2000, 20000), 0.01
-#: residual and most steps of a prestressed model that comes to rest before its test
+#: residual and most steps of the relaxation of a prestressed model before its test
 SETTLED, SETTLING = 0.01, 4000
-#: the same where yarns press each other from the start, and overlap [mm] that comes to bear there in a chunk
+#: most steps where yarns press each other from the start, and overlap [mm] that starts to bear in each chunk
 SETTLING_PRESSED, PRESSED = 8000, 1e-3
-#: times that overlap is made to bear again which closest points hid while the yarns came to rest
+#: times that overlap is made to bear again which closest points hid while the yarns relaxed
 AGAIN = 2
 
 
@@ -38,7 +38,7 @@ AGAIN = 2
 class Relaxation:
     """Account of how a static state was reached.
 
-    ``residual``: sum of out-of-balance forces (and moments over radii of gyration) over that of loads; where there are
+    ``residual``: sum of residual forces (and moments over radii of gyration) over that of loads; where there are
     none over that of reactions, the largest force inside or what rounding makes over the tolerance, whichever is most;
     over that of contacts where a model settles. ``history`` holds, a chunk, (steps,
     residual, largest move [mm], circular frequency of the slowest mode a step). ``last_chunk``: steps whose reactions
@@ -52,14 +52,14 @@ class Relaxation:
     history: list[tuple[int, float, float, float]] = field(default_factory=list)
 
     def add(self, chunk: Chunk, applied: float) -> None:
-        """Add a chunk, whose forces out of balance are judged by those that are ``applied`` [N]."""
+        """Add a chunk; its residual is over the forces ``applied`` [N]."""
         self.steps, self.last_chunk = self.steps + chunk.steps, chunk.steps
         self.residual = float(chunk.force / max(applied, 1e-12))
         self.history.append((self.steps, self.residual, chunk.moved, chunk.frequency))
 
 
 def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Look | None = None) -> Relaxation:
-    """Let a prestressed model come to rest under the first values of all tables; the tally is left empty.
+    """Relax a prestressed model under the first values of all tables; the tally is left empty.
 
     Loose yarns at cut edges may creep on: after :data:`SETTLING` steps (:data:`SETTLING_PRESSED` where yarns are to
     press each other from the start) the rest is left to the damping of the test.
@@ -96,7 +96,10 @@ def relax(
     """
     start = model.position() if unloaded is None else unloaded
     damped = DampedModel(model, drive, tally, dt, at)
-    found, rounding = Relaxation(), _Rounding(_noise(damped, start, dt))
+    # forces that rounding causes: of positions about the start and of quaternions, whose size is 1
+    arm, size = damped.free * damped.arm, float(np.abs(start).max())
+    noise = ROUNDING * float((model.mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
+    found, rounding = Relaxation(), _Rounding(noise)
     bearing = ceil(model.press(0.0) / PRESSED)
     while found.steps < most_steps and not found.converged:
         if bearing > 0:
@@ -118,10 +121,10 @@ def relax(
 
 @dataclass
 class _Rounding:
-    """Tells when ``noise`` [N], an upper bound of what rounding makes, is all that is out of balance.
+    """Detects when the residual is only ``noise`` [N], an upper bound of rounding.
 
     Where something acts the forces fall far below the bound before they are rounding: a plate under a light load was
-    called at rest at a residual of 2 to 23 %, with 3 to 35 % of its sag missing.
+    accepted at a residual of 2 to 23 %, with 3 to 35 % of its sag missing.
     """
 
     noise: float
@@ -129,7 +132,7 @@ class _Rounding:
     since: int = 0
 
     def alone(self, found: Relaxation, force: float, acts: bool) -> bool:
-        """Tell it from the sum of ``force`` [N] out of balance, the course so far and whether anything ``acts``."""
+        """Return whether it is, by the residual ``force`` [N], the history and whether a load ``acts``."""
         quiet = force < self.noise
         if quiet and found.residual < 0.9 * self.best:
             self.best, self.since = found.residual, found.steps
@@ -138,19 +141,13 @@ class _Rounding:
         return bool(stalled) or (quiet and not acts)
 
 
-def _noise(damped: DampedModel, start: Array, dt: float) -> float:
-    """Sum of forces [N] that rounding causes: of positions [mm] about ``start`` and of quaternions, whose size is 1."""
-    arm, size = damped.free * damped.arm, float(np.abs(start).max())
-    return ROUNDING * float((damped.model.mass @ arm) @ np.repeat([size, 1.0], 3)) / dt**2
-
-
 def _acting(
     model: ExplicitModel, drive: Drive, tally: Tally, steps: int, at: float, least: float
 ) -> tuple[float, float]:
-    """Force [N] that acts from outside, and what the forces out of balance are compared with: contacts where the model
+    """Force [N] that acts from outside, and the one that residual forces are compared with: contacts where the model
     settles, loads, or without them reactions in ``steps``, the largest force inside, and at ``least`` a force [N].
 
-    A body that is released has reactions that vanish with the forces out of balance. What is left inside it is then
+    A body that is released has reactions that vanish with the residual forces. What is left inside it is then
     the scale, of yarns that hold each other; and of a body that nothing is left in, rounding.
     """
     if at <= 0.0:
@@ -163,12 +160,8 @@ def _acting(
 
 def _applied(drive: Drive) -> float:
     """Sum of all forces applied to nodes and free tools at the end of the tables [N]."""
-    loads, last = drive.loads, _last(drive)
+    tables, loads, tools = drive.tables, drive.loads, drive.tools
+    last = tables.value[np.arange(len(tables.knots)), tables.knots - 1]
     factor = np.where((loads.dof < 3) & (loads.guides == 0), last[loads.table], 0.0)
-    return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum()) + applied_to_tools(drive, last)
-
-
-def _last(drive: Drive) -> Array:
-    """Last value of every table, (n_tables,)."""
-    tables = drive.tables
-    return tables.value[np.arange(len(tables.knots)), tables.knots - 1]
+    on_tools = last[tools.load[(tools.motion == FREE) & (tools.load >= 0)]]
+    return float(np.abs(loads.value * np.repeat(factor, loads.length)).sum()) + float(np.abs(on_tools).sum())

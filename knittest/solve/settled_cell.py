@@ -31,7 +31,7 @@ from knittest.solve.periodic_body import PeriodicBody
 # Settled cells on disk, keyed by all that enters them: the fabric, the mesh, the step, and every source that shapes or
 # moves yarns.
 
-#: rooms whose sources decide how a cell comes to rest
+#: rooms whose sources decide how a cell relaxes
 ROOMS = ("base", "config", "fabric", "kernels", "materials", "models", "solve")
 DIGITS = 24
 
@@ -46,15 +46,12 @@ def remembered(run: Run, what: Numbers, compute: Callable[[], Numbers]) -> Numbe
     try:
         arrays = kept(path, key)
         if arrays is not None:
-            found: Numbers = json.loads(str(arrays["numbers"]))
-            return found
+            return json.loads(str(arrays["numbers"]))
     except (Damaged, KeyError, ValueError) as error:
-        tell(f"{path}: {error}: this settled cell is not used; it is settled anew")
-    numbers = compute()
-    text = json.dumps(numbers)
+        tell(f"{path}: {error}; the cached relaxed cell is computed again")
+    text = json.dumps(compute())
     keep(path, key, {"numbers": np.array(text)})
-    again: Numbers = json.loads(text)
-    return again
+    return json.loads(text)
 
 
 def settled_key(run: Run, what: Numbers) -> str:
@@ -81,7 +78,7 @@ def _sources() -> str:
     return digest.hexdigest()
 
 
-#: forces out of balance over those of contacts at rest, most steps to it, and above which yarns have not found a rest
+#: residual forces over those of contacts in equilibrium, most steps to it, and the residual that is none
 AT_REST, PATIENT, RESTLESS = 0.01, 20_000, 0.05
 #: largest draw-in [-] that is looked at, and what it is found to; a tension is met to this share
 LARGEST, NEAR, MET = 0.1, 5e-4, 1e-3
@@ -92,8 +89,7 @@ MESHES, COARSE = ((30, 8), (48, 12), (64, 16)), 0.2
 @dataclass(frozen=True)
 class SettledCell:
     """A cell at ``rest`` whose loops are drawn in by ``draw_in`` [-]: steps to there, its crossings by kind, why
-    contacts could not follow its sections (empty where they do), and how deep yarns sink into each other over a radius
-    [-], their ``depth``.
+    contacts could not follow its sections (empty where they do), and the ``depth`` of penetration over a radius [-].
     """
 
     draw_in: float
@@ -110,7 +106,7 @@ class SettledCell:
 
     @property
     def residual(self) -> float:
-        """Forces out of balance over those of contacts [-]."""
+        """Residual forces over those of contacts [-]."""
         return self.rest.residual
 
     @property
@@ -144,7 +140,7 @@ def _as_stated(run: Run, at: Callable[[float], SettledCell]) -> SettledCell:
     if not at(draw_in).conforming and (why := _locks(run, at(draw_in))):
         least = 100.0 * _largest(run, at, draw_in)
         raise InputError(
-            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock, {why}; expected at most {least:.3g} %"
+            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock: {why}; expected at most {least:.3g} %"
         )
     return at(draw_in)
 
@@ -158,7 +154,7 @@ def with_draw_in(run: Run, axial_share: float = 1.0) -> Run:
         return run
     if not run.model.meso.contact:
         raise InputError(
-            "model.meso.contact = false: loops under fabric.knitting.draw_in or tension need crossings that hold them"
+            "model.meso.contact = false: fabric.knitting.draw_in and tension need yarn contact; set it to true"
         )
     return _drawn_in(run, settled_cell(run, axial_share).draw_in)
 
@@ -182,8 +178,8 @@ def too_coarse(run: Run, axial_share: float = 1.0) -> str:
         return ""
     loop, wave = next(mesh for mesh in MESHES if abs(pressing(mesh) / fine - 1.0) <= COARSE)
     return (
-        f"contact forces of the settled cell are {own / fine:.2g} times those on a fine mesh, {1.0 - COARSE:g} to "
-        f"{1.0 + COARSE:g} are allowed: model.meso.elements_per_loop={loop} with elements_per_wave={wave} would pass"
+        f"contact forces of the relaxed cell are {own / fine:.2g} times those on a fine mesh (allowed {1.0 - COARSE:g} "
+        f"to {1.0 + COARSE:g}); set model.meso.elements_per_loop={loop} and elements_per_wave={wave}"
     )
 
 
@@ -201,9 +197,9 @@ def _settle_at(run: Run, draw_in: float, axial_share: float) -> SettledCell:
     found = body.settle(AT_REST, PATIENT)
     rest = at_rest(model, found.residual)
     assert rest is not None
-    told = conforming(model.tracker, model.nodes.position)
+    fault = conforming(model.tracker, model.nodes.position)
     depth = float(model.stored().penetration.max(initial=0.0))
-    return SettledCell(draw_in, rest, found.steps, body.crossings(), told, depth)
+    return SettledCell(draw_in, rest, found.steps, body.crossings(), fault, depth)
 
 
 def _settles(run: Run) -> bool:
@@ -211,13 +207,11 @@ def _settles(run: Run) -> bool:
 
 
 def _on_mesh(run: Run, mesh: tuple[int, int]) -> Run:
-    """``run`` on a mesh of other numbers of beams in a loop and in a wave."""
     meso = run.model.meso.model_copy(update={"elements_per_loop": mesh[0], "elements_per_wave": mesh[1]})
     return run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})})
 
 
 def _drawn_in(run: Run, draw_in: float) -> Run:
-    """``run`` whose loops are drawn in by ``draw_in`` [-]."""
     drawn = Quantity(value=100.0 * draw_in, source="derived", ref="the settled cell")
     knitting = run.fabric.knitting.model_copy(update={"draw_in": drawn, "tension": None})
     return run.model_copy(update={"fabric": run.fabric.model_copy(update={"knitting": knitting})})
@@ -229,26 +223,28 @@ def _at_tension(run: Run, at: Callable[[float], SettledCell], wanted: float) -> 
     slack = at(0.0)
     if wanted < slack.tension:
         raise InputError(
-            f"fabric.knitting.tension = {wanted:g} N: loops of their measured length are under {slack.tension:.3g} N; "
-            f"expected at least {slack.tension:.3g} N"
+            f"fabric.knitting.tension = {wanted:g} N: loops of their measured length already carry "
+            f"{slack.tension:.3g} N; expected at least {slack.tension:.3g} N"
         )
     locks = _locks(run, at(LARGEST))
     most = _largest(run, at, LARGEST) if locks else LARGEST
     if wanted > at(most).tension:
-        why = "the loops lock before" if locks else "the loops would be drawn in further than is looked at"
+        why = "the loops lock at a loop shortening of" if locks else "the loop shortening would exceed"
         raise InputError(
-            f"fabric.knitting.tension = {wanted:g} N: {why}, {100.0 * most:.3g} %; expected at most "
+            f"fabric.knitting.tension = {wanted:g} N: {why} {100.0 * most:.3g} %; expected at most "
             f"{at(most).tension:.3g} N"
         )
     return at(float(brentq(lambda p: at(p).tension - wanted, 0.0, most, xtol=1e-7, rtol=MET)))
 
 
 def _locks(run: Run, found: SettledCell) -> str:
-    """Reason to call the loops locked: nothing comes to rest, or yarns sink in as no run may; empty if neither."""
+    """Reason to call the loops locked: no equilibrium, or a penetration that no run may have; empty if neither."""
     if found.residual > RESTLESS:
-        return f"nothing comes to rest (forces out of balance {100.0 * found.residual:.0f} % of those of contacts)"
+        imbalance = f"residual contact-force imbalance {100.0 * found.residual:.0f} %"
+        return f"no equilibrium is found ({imbalance}, limit {100.0 * RESTLESS:g} %)"
     if 100.0 * found.depth > run.solver.max_penetration:
-        return f"yarns sink into each other by {100.0 * found.depth:.0f} % of a radius"
+        limit = run.solver.max_penetration
+        return f"yarns penetrate each other by {100.0 * found.depth:.0f} % of the yarn radius (limit {limit:g} %)"
     return ""
 
 
@@ -269,7 +265,7 @@ def _largest(run: Run, at: Callable[[float], SettledCell], locked: float) -> flo
 
 #: curvature [1/mm] to which the stiffness is the secant, and time to there [ms]
 PROBE, WAY = 0.01, 10.0
-#: forces out of balance over those of contacts at rest, and most steps to it
+#: residual forces over those of contacts in equilibrium, and most steps to it
 CURL_AT_REST, CURL_PATIENT = 2e-3, 10_000
 
 

@@ -1,4 +1,4 @@
-"""Runs a rig on a model in chunks: contacts kept current, energies booked, guards, frames, progress, checkpoints."""
+"""Simulation of a test in chunks of steps: contacts, energies, checks, frames, progress, checkpoints."""
 
 import time as clock
 from collections.abc import Callable
@@ -7,8 +7,8 @@ from math import ceil
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.errors import NumericalError
 from knittest.base.history import Frame, History
 from knittest.config.run import Output, Solver
@@ -20,8 +20,6 @@ from knittest.models.explicit_model import ExplicitModel, Stored
 from knittest.solve.guards import check_balance, check_entities, check_motion, fit_step
 from knittest.solve.relax import relax, settle
 from knittest.solve.state import SILENT, TESTING, Kept, Observer, Rig, Simulation, SimulationCost
-
-Array = NDArray[np.float64]
 
 #: share by which the force must have grown for a new frame of the peak
 NEAR_PEAK = 0.001
@@ -43,7 +41,7 @@ def simulate(
     observer: Observer = SILENT,
     check_speed: Callable[[Simulation], None] | None = None,
 ) -> tuple[History, SimulationCost]:
-    """Run ``rig`` on ``model`` to its end, or from where ``observer`` says to go on.
+    """Run ``rig`` on ``model`` to its end, or from the state that ``observer`` resumes from.
 
     ``check_speed`` sees the simulation after each row and may raise :class:`TooFastError`. Raises
     :class:`NumericalError` when the state is no longer finite, blows up or is ill otherwise
@@ -63,7 +61,7 @@ def simulate(
 
 
 def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -> Simulation:
-    """The state at the start, or the one to go on from."""
+    """State at the start, or the state to resume from."""
     dt = solver.safety * model.critical_step  # as in Simulation.first_step
     boundary = Boundary(model, dt)
     rig.constrain(boundary)
@@ -78,7 +76,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
     if snapshot is None:
         residual = np.nan
         if model.prestressed:
-            observer.phase("coming to rest before the test")
+            observer.phase("relaxing the specimen before the test")
             residual = settle(model, run.drive, run.tally, dt, _rest_progress(observer)).residual
             run.start_energy = _elastic(_stored(run))
         run.rest = at_rest(model, residual)
@@ -119,7 +117,7 @@ def _run_rows(
 
 
 def _mount(run: Simulation, observer: Observer) -> None:
-    """Mount the specimen and let it come to rest; energies count from there on.
+    """Mount the specimen and relax it; energies count from there on.
 
     Slack that a frame takes up makes yarns buckle, which takes longer than the motion of the frame. Without the rest
     they would swing through the test.
@@ -132,17 +130,10 @@ def _mount(run: Simulation, observer: Observer) -> None:
         run.step(steps)
         run.cost.steps += steps
         check_motion(run, run.work()[0], lambda: _released(run))
-        if run.time < run.rig.mounted_at:  # a run resumed at its end would not come to rest
+        if run.time < run.rig.mounted_at:  # a run resumed at its end would not relax
             observer.visit(run.snapshot)
     relax(
-        run.model,
-        run.drive,
-        run.tally,
-        run.dt,
-        MOUNTED,
-        MOUNTING,
-        at=run.rig.mounted_at,
-        look=_rest_progress(observer),
+        run.model, run.drive, run.tally, run.dt, MOUNTED, MOUNTING, at=run.rig.mounted_at, look=_rest_progress(observer)
     )
     for sums in run.tally:
         sums[:] = 0.0
@@ -152,7 +143,7 @@ def _mount(run: Simulation, observer: Observer) -> None:
 
 
 def _rest_progress(observer: Observer) -> Callable[[int, float], None]:
-    """Tell ``observer`` how many of the steps are done in which the specimen may come to rest."""
+    """Callback that reports the share of the relaxation steps to ``observer``."""
     return lambda steps, most: observer.settling(steps / most)
 
 
@@ -190,7 +181,6 @@ def _released(run: Simulation) -> float:
 
 
 def _advance_chunk(run: Simulation, steps: int) -> None:
-    """Advance, book damping and reactions, check the state."""
     start = clock.perf_counter()
     run.step(steps)
     run.cost.steps += steps
@@ -224,7 +214,7 @@ def _keep_peak(run: Simulation) -> None:
 
 
 def is_locked(energies: list[dict[str, float]]) -> bool:
-    """Tell whether yarns have locked: they press into each other with more than :data:`LOCKED` of the work.
+    """Return whether yarns have locked: they press into each other with more than :data:`LOCKED` of the work.
 
     The penalty then bears what compaction of the yarns would, which rigid sections do not have.
     """
@@ -233,7 +223,7 @@ def is_locked(energies: list[dict[str, float]]) -> bool:
 
 
 def is_new_peak(force: float, kept: float) -> bool:
-    """Tell whether a state at ``force`` is worth a frame where the last one shows ``kept`` [N]."""
+    """Return whether a state at ``force`` is worth a frame where the last one shows ``kept`` [N]."""
     return force > 0.0 and force > (1.0 + NEAR_PEAK) * kept
 
 

@@ -7,8 +7,8 @@ from typing import Protocol
 
 import numpy as np
 from numba import get_num_threads
-from numpy.typing import NDArray
 
+from knittest.base.arrays import Array
 from knittest.base.history import Frame, Overlaps, Rest
 from knittest.config.run import Solver
 from knittest.kernels import monitor
@@ -29,8 +29,6 @@ from knittest.models.explicit_model import (
 )
 from knittest.solve.pace import Pace
 
-Array = NDArray[np.float64]
-
 
 class Rig(Protocol):
     """Boundary motion, stop rule and channels of a virtual test."""
@@ -38,13 +36,13 @@ class Rig(Protocol):
     duration: float  # longest time [ms]
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
-    mounted_at: float  # time [ms] until which the specimen is mounted; it comes to rest then, and energies start
+    mounted_at: float  # time [ms] until which the specimen is mounted; it relaxes then, and energies start
     locks: bool  # ends where yarns lock, see :data:`knittest.solve.simulate.LOCKED`
     averaged_from: float  # time [ms] from which the tools' forces on the nodes are averaged
     marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
 
     def constrain(self, boundary: Boundary) -> None:
-        """Say what holds, moves and loads ``boundary.model``."""
+        """Add supports, motions, loads and tools to ``boundary``."""
 
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] a wave of ``wave_speed`` [mm/ms] needs along the specimen."""
@@ -53,11 +51,7 @@ class Rig(Protocol):
         """Curve columns at ``time`` [ms] from the means of the last steps."""
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""
-
-
-def _scratch() -> Array:
-    return np.zeros((PARTITIONS, SCRATCH))
+        """Return whether the test is over, with the force and its peak [N] and whether anything has failed."""
 
 
 @dataclass
@@ -76,7 +70,7 @@ class Stepping:
     kinetic: float = 0.0
     loss_rate: float = 0.0
     damping_loss: float = 0.0
-    scratch: Array = field(default_factory=_scratch, repr=False)
+    scratch: Array = field(default_factory=lambda: np.zeros((PARTITIONS, SCRATCH)), repr=False)
     pace: Pace = field(default_factory=lambda: Pace(get_num_threads()), repr=False)
 
     def step(self, steps: int) -> None:
@@ -196,7 +190,7 @@ class Simulation(Stepping):
         return self.solver.safety * self.model.critical_step
 
     def shorten(self, share: float) -> None:
-        """Go on with ``share`` of the present time step."""
+        """Continue with ``share`` of the present time step."""
         self.step_share *= share
         self.dt = self.first_step * self.step_share
         self.loss_rate *= share
@@ -270,43 +264,42 @@ TESTING = "running the test"
 
 
 class Observer:
-    """Watches nothing and keeps nothing; one that does overrides what it wants to hear of.
+    """Observer of a simulation that does nothing; subclasses override the events that they need.
 
-    A simulation calls it and goes on as it is told; what is observed never changes the numbers.
+    What is observed never changes the numbers.
     """
 
     def phase(self, text: str) -> None:
-        """Hear what begins that takes time, ``compiling kernels``."""
+        """Receive the name of a phase that begins, such as ``compiling kernels``."""
 
     def overlaps(self, found: Overlaps) -> None:
-        """Hear which yarns overlap before anything moves."""
+        """Receive the yarns that overlap at the start."""
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Hear the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
+        """Receive the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
 
     def settling(self, fraction: float) -> None:
-        """Hear the share (0 to 1) done of what brings the specimen to rest, in which no time passes."""
+        """Receive the share (0 to 1) done of the relaxation before the test."""
 
     def resume_from(self) -> Snapshot | None:
-        """Return the state to go on from; None to start."""
+        """Return the state to resume from; None to start."""
         return None
 
     def resumed(self, fraction: float, time_ms: float) -> None:
-        """Hear where it goes on: share of the test (0 to 1), simulated time [ms]."""
+        """Receive where it resumes: share of the test (0 to 1), simulated time [ms]."""
 
     def speed_share(self) -> float:
         """Return the share of ``solver.speed`` of the state to resume from; 1 if there is none."""
         return 1.0
 
     def restarts(self, share: float, reason: str) -> None:
-        """Hear that the test restarts at ``share`` of ``solver.speed`` and why, and discard its state."""
+        """Receive the ``share`` of ``solver.speed`` at which the test restarts, and the reason; discard its state."""
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
-        """See the state after a chunk of steps, taken if wanted; may raise to stop the simulation."""
+        """Receive the state after a chunk of steps, by calling ``take``; may raise to stop the simulation."""
 
     def failed(self, take: Callable[[], Snapshot]) -> None:
-        """See the state in which the numbers have gone wrong."""
+        """Receive the state in which a check has failed."""
 
 
-#: watches nothing
 SILENT = Observer()

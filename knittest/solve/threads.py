@@ -7,7 +7,7 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import excerpt
 
 LAYERS = "omp, tbb, workqueue, default, safe, forksafe or threadsafe"
-#: address space [GB] below which libraries of compiled code abort, or wait for ever, and cannot be told not to
+#: address space [GB] below which libraries of compiled code abort, or wait for ever, whatever their settings
 LEAST_MEMORY = 1.0
 
 
@@ -20,8 +20,8 @@ def use_threads(wanted: int | None) -> int:
     limit = resource.getrlimit(resource.RLIMIT_AS)[0]
     if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY * 1e9:
         raise ResourceError(
-            f"the memory of this process is limited to {limit / 1e9:.2f} GB; libraries of a run need {LEAST_MEMORY:g} "
-            "GB: raise the limit (ulimit -v)"
+            f"the memory of this process is limited to {limit / 1e9:.2f} GB; numerical libraries need {LEAST_MEMORY:g} "
+            "GB; raise the limit (ulimit -v)"
         )
     import numba
 
@@ -45,6 +45,5 @@ def check_layer() -> None:
     except ValueError as error:
         why = str(error).splitlines()[0].rstrip(".")
         raise InputError(
-            f"NUMBA_THREADING_LAYER={excerpt(chosen)}: {why}; expected one of {LAYERS} that is installed, or nothing: "
-            "leave it unset"
+            f"NUMBA_THREADING_LAYER={excerpt(chosen)}: {why}; expected an installed one of {LAYERS}, or unset it"
         ) from None

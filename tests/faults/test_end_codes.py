@@ -253,7 +253,7 @@ def test_a_memory_limit_below_the_need_of_the_libraries_is_refused_before_they_a
         ["bash", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, text=True,
         env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)},
     )  # fmt: skip
-    assert found.returncode == 4 and "limited to 0.61 GB; libraries of a run need 1 GB" in found.stderr
+    assert found.returncode == 4 and "limited to 0.61 GB; numerical libraries need 1 GB" in found.stderr
     assert not (tmp_path / "run").exists()
 
 

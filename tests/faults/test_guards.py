@@ -110,8 +110,8 @@ def pierce(model):
         ("meso", put_nan, r"not finite at .* node 40 of warp yarn 2"),
         ("macro", put_infinity, r"not finite at .* node 40 of shell \d+"),
         ("meso", put_infinity, r"not finite at .* node 40 of warp yarn 2"),
-        ("macro", kick, r"blows up at .* node \d+ of shell \d+"),
-        ("meso", kick, r"blows up at .* node \d+ of (warp|weft|knit) yarn \d+"),
+        ("macro", kick, r"diverges at .* node \d+ of shell \d+"),
+        ("meso", kick, r"diverges at .* node \d+ of (warp|weft|knit) yarn \d+"),
         ("meso", collapse_beam, r"a beam of warp yarn 1 \(node 20\) has collapsed to 0\.\d % of its length at"),
         ("macro", collapse_shell, r"shell 33 has collapsed to 0\.0 % of its area at"),
         ("meso", outrun, r"node \d+ of .* yarn \d+ moves .* mm in one step"),
@@ -132,7 +132,7 @@ def test_what_a_resting_specimen_lets_go_of_may_move_it(released, stops):
     nodes = SimpleNamespace(position=np.zeros((3, 1)), velocity=np.zeros((3, 1)))
     model = SimpleNamespace(nodes=nodes, n_nodes=1, mass=np.ones(1), name_of=lambda node: "yarn 1")
     run = SimpleNamespace(kinetic=2.4, kinetic_scale=0.02, time=1.0, model=model)
-    with pytest.raises(NumericalError, match="blows up") if stops else nullcontext():
+    with pytest.raises(NumericalError, match="diverges") if stops else nullcontext():
         check_motion(run, 0.0, lambda: released)
     run.kinetic = 0.39
     check_motion(run, 0.0, lambda: pytest.fail("asked without need"))
@@ -143,7 +143,7 @@ def test_yarns_that_blow_up_while_they_settle_stop_the_run():
     run = resolve(variant="2", scale="meso", preset="quick", direction="warp", sets=sets)
     prepared = prepare(run)
     prepared.model.critical_step *= 6.0
-    with pytest.raises(NumericalError, match=r"no longer finite after \d+ steps, first at node \d+ of \w+ yarn \d+"):
+    with pytest.raises(NumericalError, match=r"diverged after \d+ steps, first at node \d+ of \w+ yarn \d+"):
         simulate(prepared.model, prepared.rig, run.solver, run.output)
 
 
@@ -152,7 +152,7 @@ def test_too_large_a_step_blows_up_and_is_stopped(scale):
     run, prepared = posed(scale)
     prepared.model.critical_step *= 6.0
     with pytest.raises(
-        NumericalError, match=r"(blows up|not finite|collapsed|in one step|critical time step).* (node|shell) \d+"
+        NumericalError, match=r"(diverges|not finite|collapsed|in one step|critical time step).* (node|shell) \d+"
     ):
         simulate(prepared.model, prepared.rig, run.solver, run.output)
 
@@ -167,7 +167,7 @@ def stiffened(factor):
 def test_contacts_that_are_far_too_stiff_for_the_step(monkeypatch):
     monkeypatch.setattr(guards, "LEAST_SHARE", 0.9)
     message, _ = run_until_wrong("meso", stiffened(400.0))
-    assert "bring the critical time step to" in message and "yarn" in message and "at the start" in message
+    assert "limit the critical time step to" in message and "yarn" in message
 
 
 def test_contacts_that_stiffen_shorten_the_step_and_a_resumed_run_does_the_same():
@@ -211,7 +211,7 @@ def test_energy_from_nothing_is_stopped_before_it_blows_up():
         model.nodes.velocity[:] *= 1.1
 
     message, wrong = run_until_wrong("macro", push, every_chunk=True)
-    assert "energy is made from nothing" in message and "the energy balance is off by" in message
+    assert "energy is created" in message and "the energy balance error" in message
     assert wrong.snapshot.state["run/kinetic"] > 0.0
 
 
@@ -254,6 +254,5 @@ def test_healthy_runs_keep_their_distance_from_the_limits():
     run, prepared = posed("meso")
     history, _ = simulate(prepared.model, prepared.rig, run.solver, run.output)
     assert history.first_failure is not None
-    health = prepared.model.health
-    assert health.axial.max() > health.shear.max() > 0.0
+    assert prepared.model.axial_stiffness.max() > prepared.model.shear_stiffness.max() > 0.0
     assert 0.9 < prepared.model.stable_step()[0] / prepared.model.critical_step < 1.3

@@ -2,6 +2,8 @@
 
 from functools import cache
 
+import numpy as np
+
 from knittest.fabric.cell import Cell, CellSpec
 from knittest.fabric.relax import relax_cell
 
@@ -33,3 +35,10 @@ def ellipses(ratio: float = 1.3, packing: float = 0.9) -> dict[str, float | str]
     for direction in ("warp", "weft"):
         found |= {f"{section}packing.{direction}": packing, f"{section}width_to_height.{direction}": ratio}
     return found
+
+
+def spline_points(control: np.ndarray, per_piece: int) -> np.ndarray:
+    """Points [mm], ((n - 2) * per_piece, 3), on the B-spline of a chain of ``control`` points (n, 3)."""
+    s = (np.arange(per_piece) / per_piece)[None, :, None]
+    before, here, after = control[:-2, None], control[1:-1, None], control[2:, None]
+    return (0.5 * (before + here) + s * (here - before) + 0.5 * s**2 * (before - 2.0 * here + after)).reshape(-1, 3)

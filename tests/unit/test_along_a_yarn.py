@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contact_cases import contacts_of
 from plain import plain
 
 from knittest.kernels.along import (
@@ -80,13 +81,9 @@ def test_a_yarn_bent_about_the_axis_of_another_lies_along_it():
     assert pair.kind() == FIRST_ALONG
     assert pair.kind(SPREAD, 3) == FIRST_ALONG  # any piece of that yarn
     assert pair.kind(SPREAD + 1) == POINT
-
-
-def test_the_second_yarn_may_be_the_one():
-    pair = crossed(STRAIGHT, APART)
-    assert pair.found() == 2 * SPREAD + 1
-    assert pair.kind() == SECOND_ALONG
-    assert set(pair.marked) == set(range(16 - SPREAD, 17 + SPREAD))
+    other = crossed(STRAIGHT, APART)
+    assert other.found() == 2 * SPREAD + 1 and other.kind() == SECOND_ALONG
+    assert set(other.marked) == set(range(16 - SPREAD, 17 + SPREAD))
 
 
 @pytest.mark.parametrize(
@@ -191,16 +188,10 @@ def test_a_held_piece_is_sampled_at_its_middle():
     assert plain(_closest)(*pair.position, 6, 16, 0.5, 0.5, POINT, 8)[0] < 0.0
 
 
-def contact(line: float, pieces: tuple[int, int], s: float = 0.5, t: float = 0.5) -> Contacts:
+def contact(line: float, pieces: tuple[int, int]) -> Contacts:
     """One contact of ``pieces``."""
-    zero = np.zeros((3, 1))
-    return Contacts(
-        piece=np.array([[pieces[0]], [pieces[1]]]), parameter=np.array([[s], [t]]), spring=zero.copy(),
-        offset=np.array([[0.0], [0.0], [APART]]), slipping=np.zeros(1), reach=np.full(1, APART + 0.01),
-        arm=np.full(1, 0.5), line=np.full(1, line), force=zero.copy(), twist=np.zeros(1), couple=np.zeros(1),
-        lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-        tangent=zero.copy(), other_tangent=zero.copy(), accepted=np.zeros(1),
-    )  # fmt: skip
+    offset = np.array([[0.0], [0.0], [APART]])
+    return contacts_of(pieces, offset=offset, reach=np.full(1, APART + 0.01), line=np.full(1, line))
 
 
 @pytest.mark.parametrize(

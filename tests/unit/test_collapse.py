@@ -14,7 +14,7 @@ from knittest.solve.guards import check_entities
 @pytest.mark.parametrize(
     ("angle", "words"),
     [
-        (-85.0, r"of its area, sheared by 85 deg at 7\.00000 ms; .*give one that goes on and rises \(fabric\.macro"),
+        (-85.0, r"of its area, sheared by 85 deg at 7\.00000 ms; .*extend fabric\.macro"),
         (30.0, r"of its area at 7\.00000 ms; reduce solver\.safety or solver\.speed$"),
     ],
 )

@@ -29,17 +29,8 @@ def _beams():
 
 def _contacts():
     crossing = Crossing(SMOOTH)
-    return contact_blocks.contact_forces, (
-        (0, 1),
-        1e-3,
-        crossing.nodes,
-        crossing.contacts,
-        np.ones(7),
-        SMOOTH,
-        None,
-        None,
-        W,
-    )
+    arguments = ((0, 1), 1e-3, crossing.nodes, crossing.contacts, np.ones(7), SMOOTH, None, None, W)
+    return contact_blocks.contact_forces, arguments
 
 
 def _spins():
@@ -92,18 +83,9 @@ def _images():
 
 def _lattice():
     cell = _cell()
-    body = pose.PeriodicBody(cell)
-    going = body.start()
-    return periodic.pull_lattice, (
-        0,
-        1e-3,
-        cell.nodes,
-        cell.beams,
-        cell.tracker.contacts,
-        cell.images,
-        going.drive.tables,
-        going.tally,
-    )
+    going = pose.PeriodicBody(cell).start()
+    last = (cell.tracker.contacts, cell.images, going.drive.tables, going.tally)
+    return periodic.pull_lattice, (0, 1e-3, cell.nodes, cell.beams, *last)
 
 
 CASES = (_beams, _contacts, _spins, _scatter, _tools, _clear, _shells, _gather, _images, _lattice)

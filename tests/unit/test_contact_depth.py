@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from contact_cases import contacts_of, nodes_at
 from plain import plain
 
 from knittest.kernels.contact import SCRATCH
 from knittest.kernels.contact_blocks import contact_forces
-from knittest.kernels.state import ContactLaw, Contacts, Nodes
+from knittest.kernels.state import ContactLaw
 
 REACH, STIFFNESS, DEPTH = 0.75, 200.0, 0.02
 LINE = np.arange(-4.0, 4.01, 0.45)
@@ -18,19 +19,12 @@ class Pair:
     def __init__(self, upper: np.ndarray, lower: np.ndarray, viscous: float = 0.0) -> None:
         n = len(upper) + len(lower)
         self.upper = np.arange(n) < len(upper)
-        zero = [np.zeros((3, n)) for _ in range(4)]
-        self.nodes = Nodes(np.vstack([upper, lower]).T, np.zeros((4, n)), *zero, np.ones(n), np.ones(n), np.ones(n))
+        self.nodes = nodes_at(np.vstack([upper, lower]).T)
         self.alive = np.ones(n)
         self.alive[[len(upper) - 1, n - 1]] = 0.0
         self.law = ContactLaw(STIFFNESS, 0.0, 0.0, 0.0, viscous)
-        middle = np.array([[len(upper) // 2], [len(upper) + len(lower) // 2]])
-        self.contacts = Contacts(
-            piece=middle, parameter=np.full((2, 1), 0.5), spring=np.zeros((3, 1)), offset=np.zeros((3, 1)),
-            slipping=np.zeros(1), reach=np.full(1, REACH), arm=np.full(1, 0.5), line=np.zeros(1),
-            force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1), lever=np.zeros((2, 1)),
-            half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)), accepted=np.zeros(1),
-        )  # fmt: skip
+        middle = (len(upper) // 2, len(upper) + len(lower) // 2)
+        self.contacts = contacts_of(middle, reach=np.full(1, REACH))
         self._settle()
         normal = self.contacts.offset[:, 0] / self.distance
         self.nodes.position[:, self.upper] += ((REACH - DEPTH - self.distance) * normal)[:, None]
@@ -58,8 +52,7 @@ class Pair:
         for (i,), (s,) in zip(self.contacts.piece, self.contacts.parameter, strict=True):
             first, second = x[:, i] - x[:, i - 1], x[:, i - 1] - 2.0 * x[:, i] + x[:, i + 1]
             ends.append(0.5 * (x[:, i - 1] + x[:, i]) + s * first + 0.5 * s * s * second)
-        offset: np.ndarray = ends[0] - ends[1]
-        return offset
+        return ends[0] - ends[1]
 
     def step(self, move: np.ndarray) -> tuple[float, float]:
         """Move the upper yarn by ``move`` (3,) [mm]; returns the work on it and the loss by damping [mJ]."""

@@ -94,7 +94,7 @@ def test_a_damaged_file_is_relaxed_again(damage: str, monkeypatch: pytest.Monkey
         path.write_bytes({"garbage": b"no zip", "truncated": whole[:900], "flipped": flipped, "empty": b""}[damage])
     assert load_cell(cell.spec) is None
     said = capsys.readouterr().err
-    assert path.stem in said and "it is relaxed anew" in said
+    assert path.stem in said and "the cached cell is relaxed again" in said
     calls = []
     monkeypatch.setattr(relax, "relax_cell", lambda wanted: calls.append(wanted) or cell)
     monkeypatch.setattr(relax.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from fabric_cases import relaxed
+from fabric_cases import relaxed, spline_points
 from scipy.spatial import cKDTree
 
-from knittest.fabric.loop import arc_at, control_points, points_on, polyline_length, spline_points
+from knittest.fabric.loop import arc_at, control_points, points_on, polyline_length
 
 PERIOD = np.array([3.0, 0.0, 0.0])
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from fabric_cases import relaxed
+from fabric_cases import relaxed, spline_points
 from scipy.spatial import cKDTree
 
 from knittest.fabric.cell import Cell
-from knittest.fabric.loop import polyline_length, spline_points
+from knittest.fabric.loop import polyline_length
 from knittest.fabric.strip import YarnPath, centre_lines, strip, wave_elements, wave_scale
 
 WALES, COURSES = 4, 3

@@ -31,5 +31,5 @@ def test_a_missing_image_is_named(cell: PeriodicModel) -> None:
     kept = cell.nodes.position.copy()
     own = np.flatnonzero(cell.owned)
     cell.nodes.position[0, own[: len(own) // 2]] += 0.75 * cell.images.lattice[0]
-    assert "come near each other where the cell has no image" in beyond(cell)
+    assert "approach each other where the cell has no image" in beyond(cell)
     cell.nodes.position[:] = kept

@@ -156,7 +156,7 @@ def test_shapes_are_part_of_the_state():
 
 def test_tools_do_not_press_sections_that_flatten():
     model = flat_model()
-    with pytest.raises(InputError, match=r"does not press sections flat.*section.flattening"):
+    with pytest.raises(InputError, match=r"rigid tools do not flatten.*section.flattening"):
         Boundary(model, 1e-4).add_tool(plane((0.0, 0.0, -2.0), (0.0, 0.0, 1.0)))
 
 

@@ -24,13 +24,13 @@ def run_of(draw_in: float) -> Run:
 @pytest.mark.parametrize(
     ("jams", "restless", "said", "most"),
     [
-        (0.01, 9.0, "yarns sink into each other by 40 % of a radius", 1.0),
-        (9.0, 0.015, r"nothing comes to rest \(forces out of balance 12 % of those of contacts\)", 1.5),
+        (0.01, 9.0, r"yarns penetrate each other by 40 % of the yarn radius .limit 25 %.", 1.0),
+        (9.0, 0.015, r"no equilibrium is found .residual contact-force imbalance 12 %, limit \d+ %.", 1.5),
     ],
 )
 def test_a_refusal_says_by_what_the_loops_are_called_locked(jams: float, restless: float, said: str, most: float):
     """The draw-in that would do is found to 0.05 %."""
-    with pytest.raises(InputError, match=f"draw_in = 2 %: the loops lock, {said}; expected at most") as refused:
+    with pytest.raises(InputError, match=f"draw_in = 2 %: the loops lock: {said}; expected at most") as refused:
         settled_cell._as_stated(run_of(2.0), lambda share: at(share, jams, restless))
     assert most - 0.05 <= float(str(refused.value).split()[-2]) <= most
 
@@ -40,5 +40,5 @@ def test_loops_that_sink_in_as_the_gate_of_runs_allows_are_not_called_locked():
     assert settled_cell._as_stated(run_of(2.0), lambda share: at(share, 9.0, 9.0)).depth == 0.24
     run = run_of(2.0)
     strict = run.model_copy(update={"solver": run.solver.model_copy(update={"max_penetration": 20.0})})
-    with pytest.raises(InputError, match="by 24 % of a radius"):
+    with pytest.raises(InputError, match="by 24 % of the yarn radius"):
         settled_cell._as_stated(strict, lambda share: at(share, 9.0, 9.0))

@@ -92,10 +92,10 @@ def test_a_fabric_file_without_a_patch_has_none():
 @pytest.mark.parametrize(
     ("make", "message"),
     [(lambda: Patch.disc(-0.5), "most of a patch"), (lambda: Patch.disc(np.nan), "most of a patch"),
-     (lambda: Patch(np.ones((2, 2)), np.array([[0.0, 1.0], [0.5, 0.0]])), "the same both ways"),
+     (lambda: Patch(np.ones((2, 2)), np.array([[0.0, 1.0], [0.5, 0.0]])), "symmetric table"),
      (lambda: Patch(np.ones((1, 1)), np.ones((1, 1)), 2), "exponent of a patch: 2"),
-     (lambda: Patch(np.ones((2, 2)), np.ones((2, 2))).levers(3), "tables of 2 parts for 3"),
-     (lambda: Body.of_chains([Chain(LINE, CARD)], YarnContact(1.0, 0.0, 0.3, patch=Patch.disc(0.5))), "held by it")],
+     (lambda: Patch(np.ones((2, 2)), np.ones((2, 2))).levers(3), "2 rows for 3 parts"),
+     (lambda: Body.of_chains([Chain(LINE, CARD)], YarnContact(1.0, 0.0, 0.3, patch=Patch.disc(0.5))), "with a patch")],
 )  # fmt: skip
 def test_what_is_no_patch_of_a_posed_body_is_refused(make, message):
     with pytest.raises(InputError, match=message):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contact_cases import derivative
 from plain import plain
 
 from knittest.kernels import beam
@@ -64,9 +65,7 @@ class Chain:
         plain(beam._flat_moments)(0, N, self.nodes, self.beams, self.beams.excess[0], w)
         k = np.arange(N)
         force = [w[int(row) + k + 1] - w[int(row) + k] for row in (FX, FY, FZ)]
-        moment = [
-            w[int(a) + k + 1] - w[int(b) + k] for a, b in zip((AX, AY, AZ), (BX, BY, BZ), strict=True)
-        ]  # fmt: skip
+        moment = [w[int(a) + k + 1] - w[int(b) + k] for a, b in zip((AX, AY, AZ), (BX, BY, BZ), strict=True)]
         return np.array(force).T, np.array(moment).T
 
 
@@ -77,12 +76,8 @@ def test_forces_are_the_gradient_of_the_energy(excess):
     force, moment = chain.forces()
     for i in range(N):
         for axis in range(3):
-            found = []
-            for step in (h, -h):
-                chain.nodes.position[axis, i] += step
-                found.append(chain.energy())
-                chain.nodes.position[axis, i] -= step
-            assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(force[i, axis], abs=1e-7 * np.abs(force).max())
+            found = -derivative(chain.energy, chain.nodes.position, (axis, i), h)
+            assert found == pytest.approx(force[i, axis], abs=1e-7 * np.abs(force).max())
             before, found = chain.nodes.rotation[:, i].copy(), []
             for step in (h, -h):
                 chain.nodes.rotation[:, i] = rotated(before, step * np.eye(3)[axis])

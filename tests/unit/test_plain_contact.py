@@ -2,14 +2,16 @@
 
 import numpy as np
 import pytest
+from contact_cases import contacts_of, derivative, nodes_at
 from plain import plain
 
 from knittest.kernels.contact import SCRATCH, contact_force, penalty
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.contact_gather import walk
-from knittest.kernels.state import ContactLaw, Contacts, Nodes
+from knittest.kernels.state import ContactLaw
 
 REACH, DT = 1.0, 1e-4
+WHOLE = np.ones(7)
 SMOOTH = ContactLaw(200.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.2, 0.1, 0.3)
 ROUGH = ContactLaw(200.0, 150.0, 0.3, 0.2, 0.0)
 
@@ -27,33 +29,22 @@ def test_penalty_is_the_gradient_of_its_energy(depth):
 class Crossing:
     """Two curved pieces of three control points each that press on each other, yarn B on nodes 3 to 5."""
 
-    def __init__(self, law: ContactLaw, spin: float = 0.0) -> None:
+    def __init__(self, law: ContactLaw) -> None:
         self.law = law
         a = np.array([[-2.0, 0.1, 0.05], [0.1, 0.0, 0.45], [2.1, -0.1, 0.1]])
         b = np.array([[0.1, -1.9, -0.1], [0.0, 0.05, -0.45], [-0.1, 2.0, -0.15]])
         position = np.hstack([np.vstack([a, b]).T, np.zeros((3, 1))])
-        zero = [np.zeros((3, 7)) for _ in range(4)]
-        zero[1][:] = spin
-        rotation = np.zeros((4, 7))
-        self.nodes = Nodes(position, rotation, *zero, np.ones(7), np.ones(7), np.ones(7))
-        self.contacts = Contacts(
-            piece=np.array([[1], [4]]), parameter=np.full((2, 1), 0.5), spring=np.zeros((3, 1)),
-            offset=np.zeros((3, 1)), slipping=np.zeros(1), reach=np.full(1, REACH), arm=np.full(1, 0.4),
-            line=np.zeros(1), force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1),
-            lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]),
-            share=np.ones(1),
-            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)), accepted=np.zeros(1),
-        )  # fmt: skip
+        self.nodes = nodes_at(position)
+        self.contacts = contacts_of((1, 4), reach=np.full(1, REACH), arm=np.full(1, 0.4))
         for _ in range(20):  # closest points settle, at no friction
             self.step(SMOOTH)
         self.contacts.spring[:], self.contacts.slipping[:] = 0.0, 0.0
 
-    def step(self, law: ContactLaw | None = None) -> None:
-        """Evaluate the contact at the present positions."""
+    def step(self, law: ContactLaw | None = None, alive: np.ndarray = WHOLE) -> tuple[float, float, float]:
+        """Evaluate the contact at the present positions; returns what :func:`contact_forces` does."""
         self.contacts.reach[:] = REACH
-        alive = np.ones(7)
-        law = law or self.law
-        plain(contact_forces)((0, 1), DT, self.nodes, self.contacts, alive, law, law.spin, None, np.zeros(SCRATCH))
+        arguments = self.nodes, self.contacts, alive, law or self.law, (law or self.law).spin, None, np.zeros(SCRATCH)
+        return plain(contact_forces)((0, 1), DT, *arguments)
 
     def on_nodes(self) -> tuple[np.ndarray, np.ndarray]:
         """Forces [N] and moments [N mm] on the nodes, (6, 3)."""
@@ -74,14 +65,9 @@ def test_forces_are_the_gradient_of_the_energy():
     crossing, h = Crossing(SMOOTH), 1e-6
     force, _ = crossing.on_nodes()
     assert np.abs(force).max() > 1.0
-    for i in range(6):
-        for axis in range(3):
-            found = []
-            for step in (h, -h):
-                crossing.nodes.position[axis, i] += step
-                found.append(crossing.energy())
-                crossing.nodes.position[axis, i] -= step
-            assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(force[i, axis], abs=1e-6 * np.abs(force).max())
+    for i, axis in np.ndindex(6, 3):
+        found = -derivative(crossing.energy, crossing.nodes.position, (axis, i), h)
+        assert found == pytest.approx(force[i, axis], abs=1e-6 * np.abs(force).max())
 
 
 def test_a_rubbing_contact_keeps_momentum_and_angular_momentum():

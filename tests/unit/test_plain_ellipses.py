@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from contact_cases import contacts_of, derivative, nodes_at
 from plain import plain
 from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize
@@ -13,7 +14,7 @@ from knittest.kernels.along import MOST, Pieces, mark_found
 from knittest.kernels.contact import SCRATCH, penalty
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.section_blocks import COLUMNS, mark_ellipses, place_ellipses, turn_sections
-from knittest.kernels.state import ContactLaw, Contacts, Nodes
+from knittest.kernels.state import ContactLaw
 from knittest.models.natural_state import conformity, refuse_conforming
 
 DT = 1e-4
@@ -44,10 +45,7 @@ class Pair:
     """Two yarns of three control points with elliptic sections, in one tracked contact."""
 
     def __init__(self, a, b, tilt=(0.0, 0.0), half=HALF, line=0.0):
-        zero = [np.zeros((3, 7)) for _ in range(4)]
-        rotation = np.zeros((4, 7))
-        rotation[0] = 1.0
-        self.nodes = Nodes(np.hstack([a.T, b.T, np.zeros((3, 1))]), rotation, *zero, np.ones(7), np.ones(7), np.ones(7))
+        self.nodes = nodes_at(np.hstack([a.T, b.T, np.zeros((3, 1))]))
         upright, square, excess = np.zeros((3, 6)), np.zeros(6), np.zeros(6)
         for yarn, (points, lean, (wide, high)) in enumerate(zip((a, b), tilt, half, strict=True)):
             tangent = (points[2] - points[0]) / np.linalg.norm(points[2] - points[0])
@@ -56,15 +54,9 @@ class Pair:
             of = slice(3 * yarn, 3 * yarn + 3)
             upright[:, of] = (np.cos(lean) * up + np.sin(lean) * np.cross(tangent, up))[:, None]
             square[of], excess[of] = wide**2, high**2 - wide**2
-        self.contacts = Contacts(
-            piece=np.array([[1], [4]]), parameter=np.full((2, 1), 0.5), spring=np.zeros((3, 1)),
-            offset=np.zeros((3, 1)), slipping=np.zeros(1), reach=np.zeros(1), arm=np.zeros(1),
-            line=np.full(1, line), force=np.zeros((3, 1)), twist=np.zeros(1), couple=np.zeros(1),
-            lever=np.zeros((2, 1)),
-            half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-            tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)), accepted=np.zeros(1),
-            shift=np.zeros((3, 1)), other=np.zeros((3, 1)), touch=np.zeros(1), upright=upright, turned=upright.copy(),
-            square=square, excess=excess,
+        self.contacts = contacts_of(
+            (1, 4), line=np.full(1, line), shift=np.zeros((3, 1)), other=np.zeros((3, 1)), touch=np.zeros(1),
+            upright=upright, turned=upright.copy(), square=square, excess=excess,
         )  # fmt: skip
         self.alive = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 0.0, 0.0])
         self.place()
@@ -123,22 +115,15 @@ def test_forces_and_couples_are_the_gradient_of_the_energy(name):
     assert 0.005 < pair.settle() < 0.3
     force, moment = pair.on_nodes()
     assert np.abs(moment).max() > 0.05 * np.abs(force).max()
-    for node in range(6):
-        for axis in range(3):
-            moved, turned = [], []
-            for step in (h, -h):
-                pair.nodes.position[axis, node] += step
-                moved.append(pair.energy())
-                pair.nodes.position[axis, node] -= step
-                pair.turn(node, step * np.eye(3)[axis])
-                turned.append(pair.energy())
-                pair.turn(node, -step * np.eye(3)[axis])
-            assert -(moved[0] - moved[1]) / (2.0 * h) == pytest.approx(
-                force[node, axis], abs=2e-3 * np.abs(force).max()
-            )
-            assert -(turned[0] - turned[1]) / (2.0 * h) == pytest.approx(
-                moment[node, axis], abs=5e-3 * np.abs(moment).max()
-            )
+    for node, axis in np.ndindex(6, 3):
+        moved = -derivative(pair.energy, pair.nodes.position, (axis, node), h)
+        turned = []
+        for step in (h, -h):
+            pair.turn(node, step * np.eye(3)[axis])
+            turned.append(pair.energy())
+            pair.turn(node, -step * np.eye(3)[axis])
+        assert moved == pytest.approx(force[node, axis], abs=2e-3 * np.abs(force).max())
+        assert (turned[1] - turned[0]) / (2.0 * h) == pytest.approx(moment[node, axis], abs=5e-3 * np.abs(moment).max())
 
 
 def test_a_rubbing_contact_of_ellipses_keeps_angular_momentum():
@@ -303,7 +288,7 @@ def test_a_section_along_which_a_loaded_loop_bends_is_refused_with_a_ratio_that_
     tracker, position = bent_over(1.8, 0.1, settled=False)
     assert 1.0 < conformity(tracker, position)[0] < 1.2
     with pytest.raises(
-        InputError, match=r"yarn 0 and yarn 1 bend .* section of 1.8 times .* expected at most about 1.25"
+        InputError, match=r"yarn 0 and yarn 1 bend around a section 1.8 times .* expected at most about 1.25"
     ) as said:
         refuse_conforming(tracker, position)
     most = float(str(said.value).split("at most about ")[1])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from contact_cases import contacts_of
 from plain import plain
 from scipy.spatial.transform import Rotation
 
@@ -79,40 +80,40 @@ def test_how_a_pair_lies_in_space_does_not_decide(seed):
 
 def contacts(line: float, reach: float, gap: float) -> Contacts:
     """One contact of pieces 1 and 4 that slips under 2 N."""
-    return Contacts(
-        piece=np.array([[1], [4]]), parameter=np.full((2, 1), 0.5), spring=np.array([[0.01], [0.02], [0.0]]),
-        offset=np.array([[0.0], [0.0], [gap]]), slipping=np.ones(1), reach=np.full(1, reach), arm=np.full(1, 0.5),
-        line=np.full(1, line), force=np.full((3, 1), 2.0), twist=np.zeros(1), couple=np.zeros(1),
-        lever=np.zeros((2, 1)), half=np.array([0, 1]), half_start=np.array([0, 2]), share=np.ones(1),
-        tangent=np.zeros((3, 1)), other_tangent=np.zeros((3, 1)), accepted=np.zeros(1),
+    return contacts_of(
+        (1, 4), spring=np.array([[0.01], [0.02], [0.0]]), offset=np.array([[0.0], [0.0], [gap]]), slipping=np.ones(1),
+        reach=np.full(1, reach), line=np.full(1, line), force=np.full((3, 1), 2.0),
     )  # fmt: skip
+
+
+def add(old: Contacts, new: Contacts, piece: int = 1, gap: float = 0.68) -> bool:
+    """Find a contact at a ``gap``, radii 0.75; whether it goes on from the old one at its place."""
+    return plain(_add_contact)(piece, 4, 0.1, 0.2, 0.0, 0.0, gap, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
 
 
 def test_a_line_that_becomes_a_crossing_keeps_depth_and_spring_at_its_new_place():
     """0.03 mm deep where it was sampled, 0.02 mm nearer where it touches now: no depth is given."""
     old, new = contacts(1.0, 0.73, 0.70), contacts(0.0, 9.0, 9.0)
-    on = plain(_add_contact)(1, 4, 0.1, 0.2, 0.0, 0.0, 0.68, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
-    assert not on
+    assert not add(old, new)
     assert new.reach[0] == pytest.approx(0.71)
     assert new.offset[2, 0] == 0.68
     assert new.parameter[:, 0] == pytest.approx([0.1, 0.2])
     assert new.spring[:, 0] == pytest.approx([0.01, 0.02, 0.0])
     assert not new.force.any()  # it looks back on no step
-    deeper = plain(_add_contact)(1, 4, 0.1, 0.2, 0.0, 0.0, 0.74, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
-    assert not deeper
+    assert not add(old, new, gap=0.74)
     assert new.reach[0] == 0.75  # never beyond the radii
 
 
 def test_a_line_that_did_not_touch_gives_the_crossing_no_gap():
     """Its gap beyond the reach is none of the crossing, which starts free of force where it is found."""
     old, new = contacts(1.0, 0.70, 0.73), contacts(0.0, 9.0, 9.0)
-    plain(_add_contact)(1, 4, 0.1, 0.2, 0.0, 0.0, 0.68, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
+    add(old, new)
     assert new.reach[0] == 0.68
 
 
 def test_a_crossing_found_again_goes_on_where_it_was():
     old, new = contacts(0.0, 0.73, 0.70), contacts(0.0, 9.0, 9.0)
-    assert plain(_add_contact)(1, 4, 0.1, 0.2, 0.0, 0.0, 0.68, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
+    assert add(old, new)
     assert new.reach[0] == 0.73
     assert new.offset[2, 0] == 0.70
     assert new.force.all()
@@ -121,7 +122,7 @@ def test_a_crossing_found_again_goes_on_where_it_was():
 def test_a_crossing_found_elsewhere_keeps_its_depth_not_its_reach():
     """0.03 mm deep at one place, 0.02 mm nearer at the one found: at the old reach it would be 0.05 mm deep."""
     old, new = contacts(0.0, 0.73, 0.70), contacts(0.0, 9.0, 9.0)
-    assert not plain(_add_contact)(2, 4, 0.1, 0.2, 0.0, 0.0, 0.68, 0.0, 0.75, 0.5, 0.0, 0.0, old, 0, new, 0)
+    assert not add(old, new, piece=2)
     assert new.reach[0] == pytest.approx(0.71)
 
 

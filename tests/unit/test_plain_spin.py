@@ -6,8 +6,6 @@ from plain import plain
 from test_plain_contact import DT, REACH, SMOOTH, Crossing
 
 from knittest.kernels.along import MOST, Pieces
-from knittest.kernels.contact import SCRATCH
-from knittest.kernels.contact_blocks import contact_forces
 from knittest.kernels.monitor import contact_statistics
 from knittest.kernels.search import find_contacts
 from knittest.kernels.spin import lever_of, shares_left
@@ -39,10 +37,7 @@ class Spinning(Crossing):
         """
         self.nodes.spin[:, :3] = turn / DT * self.normal[:, None]
         self.nodes.position[:, :3] += slide * self.along[:, None]
-        self.contacts.reach[:] = REACH
-        lost, spun, _ = plain(contact_forces)(
-            (0, 1), DT, self.nodes, self.contacts, np.ones(7), self.law, self.law.spin, None, np.zeros(SCRATCH)
-        )
+        lost, spun, _ = self.step()
         self.friction, self.spun = self.friction + lost, self.spun + spun
         return -float(self.contacts.couple[0] * np.linalg.norm(self.contacts.offset))
 
@@ -98,10 +93,7 @@ def test_shares_left_lie_on_the_limit_along_its_normal():
             low, high = (x, high) if (f0 / x) ** 2 + (m0 / (1.0 + ratio * (x - 1.0))) ** 2 > 1.0 else (low, x)
         f_left, m_left = plain(shares_left)(f0 * f0, m0 * m0, 1.0, ratio)
         assert (f0 * f_left) ** 2 + (m0 * m_left) ** 2 == pytest.approx(1.0, rel=1e-12)
-        assert (f_left, m_left) == (
-            pytest.approx(1.0 / x, rel=1e-3),
-            pytest.approx(1.0 / (1.0 + ratio * (x - 1.0)), rel=1e-3),
-        )
+        assert (f_left, m_left) == pytest.approx((1.0 / x, 1.0 / (1.0 + ratio * (x - 1.0))), rel=1e-3)
     assert plain(shares_left)(4.0, 1.0, 0.0, 1.0) == (0.0, 0.0)
 
 
@@ -161,11 +153,9 @@ def test_nothing_resists_without_a_patch_or_when_a_yarn_is_broken():
     crossing = Spinning()
     crossing.move(1e-2)
     held = crossing.contacts.twist[0]
-    broken, alive = Spinning(), np.ones(7)
-    broken.contacts.twist[:], alive[1] = held, 0.0
-    lost, spun, _ = plain(contact_forces)(
-        (0, 1), DT, broken.nodes, broken.contacts, alive, LAW, LAW.spin, None, np.zeros(SCRATCH)
-    )
+    broken = Spinning()
+    broken.contacts.twist[:] = held
+    lost, spun, _ = broken.step(alive=np.array([1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0]))
     assert broken.contacts.twist[0] == broken.contacts.couple[0] == 0.0
     assert spun == pytest.approx(0.5 * LAW.torsional * held**2) and lost >= spun
 
@@ -252,9 +242,7 @@ def test_the_loss_of_slip_is_that_of_the_force_turned_with_the_yarns():
     across = np.cross(crossing.normal, crossing.along)
     way = slide * (np.cos(angle) * across - np.sin(angle) * crossing.along)
     crossing.nodes.position[:, :3] += way[:, None]
-    crossing.contacts.reach[:] = REACH
-    arguments = crossing.contacts, np.ones(7), crossing.law, crossing.law.spin, None, np.zeros(SCRATCH)
-    lost, _, _ = plain(contact_forces)((0, 1), DT, crossing.nodes, *arguments)
+    lost, _, _ = crossing.step()
     new, turned = crossing.contacts.spring[:, 0], old + angle * np.cross(crossing.normal, old)
     slid = way - 0.5 * angle * np.cross(crossing.normal, way)  # as seen from yarns half turned
     expected = 0.5 * LAW.tangential * float((turned + new) @ slid + turned @ turned - new @ new)
@@ -268,8 +256,6 @@ def test_a_slide_of_yarns_that_turn_is_seen_from_halfway(way):
     way = slide * (np.cos(way) * crossing.along + np.sin(way) * np.cross(crossing.normal, crossing.along))
     turn_both(crossing, crossing.normal, angle)
     crossing.nodes.position[:, :3] += way[:, None]
-    crossing.contacts.reach[:] = REACH
-    arguments = crossing.contacts, np.ones(7), LAW._replace(static=1e3), None, None, np.zeros(SCRATCH)
-    plain(contact_forces)((0, 1), DT, crossing.nodes, *arguments)
+    crossing.step(LAW._replace(static=1e3, torsional=0.0))
     halfway = way - 0.5 * angle * np.cross(crossing.normal, way)
     assert crossing.contacts.spring[:, 0] == pytest.approx(halfway, abs=0.01 * slide)

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from contact_cases import contacts_of
 from plain import plain
 
 from knittest.kernels.along import MOST, Pieces, push, tracked
 from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
 from knittest.kernels.pair_search import BESIDE_HELD, _beside_held, _first_place, _held_place, _second_point, reach_of
 from knittest.kernels.search import _share_depth
-from knittest.kernels.state import Contacts
 
 
 @pytest.mark.parametrize("line", [POINT, BESIDE, FIRST_ALONG, SECOND_ALONG])
@@ -120,14 +120,9 @@ def test_a_point_beside_a_piece_that_is_held_is_looked_for_up_to_what_its_middle
 def test_a_crossing_that_comes_up_beside_a_loaded_one_takes_over_half_of_its_energy() -> None:
     """Depths 0.05 and 0 become 0.05 / sqrt 2 each, the second no deeper than its overlap: the sum of squares stays."""
     for overlap in (0.06, 0.01, 0.0, -0.02):
-        zero = np.zeros((3, 2))
-        contacts = Contacts(
-            piece=np.array([[2, 2], [7, 7]]), parameter=np.full((2, 2), 0.5), spring=zero, slipping=np.zeros(2),
-            offset=np.array([[0.0, 0.0], [0.0, 0.0], [0.45, 0.5 - overlap]]),
+        contacts = contacts_of(
+            (2, 7), (2, 7), offset=np.array([[0.0, 0.0], [0.0, 0.0], [0.45, 0.5 - overlap]]),
             reach=np.array([0.5, min(0.5, 0.5 - overlap)]),
-            arm=np.full(2, 0.5), line=np.zeros(2), force=zero.copy(), twist=np.zeros(2), couple=np.zeros(2),
-            lever=np.zeros((2, 2)), half=np.zeros(4, np.int64), half_start=np.zeros(2, np.int64), share=np.ones(2),
-            tangent=zero.copy(), other_tangent=zero.copy(), accepted=np.zeros(2),
         )  # fmt: skip
         plain(_share_depth)(0, 1, 0.5, contacts)
         depth = contacts.reach - contacts.offset[2]
@@ -140,11 +135,7 @@ def test_a_held_contact_is_the_tracked_one_only_at_its_own_place() -> None:
     """One held at the middle of a piece, another where the piece begins: 0.5 elements apart along the held yarn."""
     lists, chain = (np.full(10, -1), np.full(1, -1)), np.repeat([0, 1], 5)
     for line, held in ((FIRST_ALONG, 0), (SECOND_ALONG, 1), (POINT, 0)):
-        contacts = Contacts(
-            *[np.array([[2], [7]]), np.full((2, 1), 0.5), *[np.zeros((3, 1))] * 2, np.zeros(1), np.ones(1), np.ones(1)],
-            np.full(1, line), *[np.zeros((3, 1))], *[np.zeros(1)] * 2, np.zeros((2, 1)), *[np.zeros(2, np.int64)] * 2,
-            np.ones(1), *[np.zeros((3, 1))] * 2, np.zeros(1),
-        )  # fmt: skip
+        contacts = contacts_of((2, 7), reach=np.ones(1), arm=np.ones(1), line=np.full(1, line))
         lists[0][:] = -1
         plain(push)(contacts, 0, lists)
         place = [2, 7, 0.5, 0.5, line]

@@ -49,7 +49,7 @@ def test_a_cell_is_settled_once_and_again_where_the_file_is_damaged(tmp_path, mo
     path = folder / f"{settled_key(run_of(), WHAT)}.npz"
     path.write_bytes(path.read_bytes()[:-40])
     remembered(run_of(), WHAT, compute)
-    assert len(settled) == 3 and "this settled cell is not used; it is settled anew" in capsys.readouterr().err
+    assert len(settled) == 3 and "the cached relaxed cell is computed again" in capsys.readouterr().err
     (folder / path.name).write_bytes(next(p for p in folder.glob("*.npz") if p != path).read_bytes())
     remembered(run_of(), WHAT, compute)
     assert len(settled) == 4  # that of another draw-in, under this name

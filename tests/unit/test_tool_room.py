@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from contact_cases import nodes_at
 from plain import plain
 
-from knittest.kernels.state import Nodes, Tally, ToolContactState, Tools
+from knittest.kernels.state import Tally, ToolContactState, Tools
 from knittest.kernels.tool_contact import BLOCK, SCRATCH, block_of, n_blocks, touch_tools
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.tool import plane, tool_arrays
@@ -16,8 +17,7 @@ class Fall:
     """Five nodes that fall at different speeds, times ``speed``, on a plane that comes to meet them."""
 
     def __init__(self, speed: float = 1.0) -> None:
-        zero = [np.zeros((3, N + 1)) for _ in range(5)]
-        self.nodes = Nodes(zero[0], np.zeros((4, N + 1)), *zero[1:], np.ones(N + 1), np.ones(N + 1), np.ones(N + 1))
+        self.nodes = nodes_at(np.zeros((3, N + 1)))
         self.nodes.position[:, :N] = np.random.default_rng(3).normal(0.0, 1.0, (3, N))
         self.nodes.position[2, :N] = 1.0 + 0.3 * np.arange(N)
         self.nodes.velocity[0], self.nodes.velocity[2, :N] = 0.7, -0.5 - 0.2 * np.arange(N)
@@ -25,14 +25,11 @@ class Fall:
         self.tools: Tools = tool_arrays([plane((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))])
         self.tools.velocity[0] = (0.0, 0.1, 0.6)
         flat = [np.zeros((1, N)) for _ in range(2)]
-        room, near, listed = (
-            np.zeros((1, n_blocks(N))),
-            np.zeros((1, N), np.int32),
-            np.zeros((1, n_blocks(N)), np.int64),
-        )
+        blocks = (1, n_blocks(N))
         self.touch = ToolContactState(
-            np.full(N, RADIUS), np.full(N, 10.0), np.zeros(N), np.zeros((1, 3, N)), *flat, room, near, listed
-        )
+            np.full(N, RADIUS), np.full(N, 10.0), np.zeros(N), np.zeros((1, 3, N)), *flat, np.zeros(blocks),
+            np.zeros((1, N), np.int32), np.zeros(blocks, np.int64),
+        )  # fmt: skip
         self.tally = Tally(
             np.zeros((PARTITIONS, 1)), np.zeros((PARTITIONS, 9)), np.zeros((PARTITIONS, 1, 3)), np.zeros((1, 3)),
             np.zeros((PARTITIONS, 1)), np.zeros(1),

@@ -84,7 +84,7 @@ def test_preflight_says_where_the_area_mass_comes_from() -> None:
 def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (compiling, compiling):
         monkeypatch.setattr(module, "CODE_FOLDER", None)
-    assert said() == ("compiling the macro kernels (nothing is cached)", [])
+    assert said() == ("compiling the macro kernels (no cache)", [])
     with compiling.compiling_for(resolve(variant="1", scale="macro")):
         pass
     assert said()[1] == []

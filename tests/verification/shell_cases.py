@@ -106,6 +106,17 @@ class Solid:
         gather_shells(0, self.n, self.nodes, self.shells)
         return self.nodes.force[:, : self.n].T.copy(), self.nodes.moment[:, : self.n].T.copy()
 
+    def tangent(self, displacement: np.ndarray | float = 0.0, step: float = 1e-6) -> np.ndarray:
+        """Stiffness (6 n, 6 n) of all nodes about a ``displacement`` (n, 3), by central differences of the forces."""
+        found, moves = [], np.eye(6 * self.n) * step
+        for move in moves:
+            sides = []
+            for u in (move.reshape(-1, 6), -move.reshape(-1, 6)):
+                self.place(displacement + u[:, :3], u[:, 3:])
+                sides.append(np.hstack(self.forces()).ravel())
+            found.append((sides[1] - sides[0]) / (2.0 * step))
+        return np.array(found).T
+
     def energy(self) -> float:
         """Elastic energy with that of the hourglass control [mJ]."""
         return sum(shell_energies(self.nodes, self.shells, self.laminate))

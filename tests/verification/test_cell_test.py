@@ -10,11 +10,15 @@ from knittest.laboratory.cell.test import Cell, judged_span, secant
 from knittest.solve.state import SILENT
 
 
-def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
-    run = resolve(variant="1", test="cell", preset="quick", sets=["rig.max_angle=4", "output.samples=300"])
-    test = Cell()
+def solved(*sets: str):
+    """Run, prepared cell, history, cost and the test of variant 1."""
+    run, test = resolve(variant="1", test="cell", preset="quick", sets=list(sets)), Cell()
     prepared = test.prepare(run)
-    history, cost = test.solve(prepared, run, SILENT)
+    return run, prepared, *test.solve(prepared, run, SILENT), test
+
+
+def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
+    run, prepared, history, cost, test = solved("rig.max_angle=4", "output.samples=300")
     curve, energies = history.curve, history.energies
     # work an area is the integral of the conjugate force over the angle, which the curve ends at; the last row is later
     force, angle = curve["conjugate_force"], np.deg2rad(curve["shear_angle_deg"])
@@ -34,13 +38,7 @@ def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
 def test_a_cell_that_ends_sooner_is_the_same_cell_up_to_there_and_is_judged_from_the_same_angle() -> None:
     found = []
     for sets in ([], ["rig.end_angle=2"]):
-        run = resolve(
-            variant="1", test="cell", preset="quick",
-            sets=["rig.max_angle=4", "rig.judged_from=25", "output.samples=60", *sets],
-        )  # fmt: skip
-        test = Cell()
-        prepared = test.prepare(run)
-        history, cost = test.solve(prepared, run, SILENT)
+        run, prepared, history, cost, test = solved("rig.max_angle=4", "rig.judged_from=25", "output.samples=60", *sets)
         quality = test.assess(run, prepared, history, cost)
         found.append((history, test.results(run, prepared, history), quality, judged_span(run, history)))
     (whole, numbers, _, span), (half, same, quality, own) = found
@@ -57,13 +55,7 @@ def test_a_cell_that_ends_sooner_is_the_same_cell_up_to_there_and_is_judged_from
 
 def test_a_bent_cell_passes_its_gates_and_its_stiffness_holds() -> None:
     """Yarns off the middle surface would swing to it with more energy than bending takes."""
-    run = resolve(
-        variant="1", test="cell", preset="quick",
-        sets=["rig.path=bending", "rig.max_curvature=0.03", "output.samples=60"],
-    )  # fmt: skip
-    test = Cell()
-    prepared = test.prepare(run)
-    history, cost = test.solve(prepared, run, SILENT)
+    run, prepared, history, cost, test = solved("rig.path=bending", "rig.max_curvature=0.03", "output.samples=60")
     assert not test.assess(run, prepared, history, cost).failures
     found = test.results(run, prepared, history)["cell_bending_stiffness_n_mm"]
     # that of the straight yarns alone, 15.0 N mm2 on 28 in 100 mm; loops add a tenth
@@ -81,13 +73,6 @@ def test_the_curl_of_the_free_fabric_is_no_stiffness() -> None:
 
 
 def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:
-    run = resolve(
-        variant="1", test="cell", preset="quick",
-        sets=["rig.path=warp", "rig.across=held", "fabric.reinforcing.fracture_strain=0.2", "rig.max_strain=0.95",
-              "output.samples=60"],
-    )  # fmt: skip
-    test = Cell()
-    with pytest.raises(
-        InputError, match=r"tears the warp yarns, which break at 0.20 %; rig\.max_strain=0\.\d+ would do"
-    ):
-        test.solve(test.prepare(run), run, SILENT)
+    weak = ["rig.path=warp", "rig.across=held", "fabric.reinforcing.fracture_strain=0.2", "rig.max_strain=0.95"]
+    with pytest.raises(InputError, match=r"tears the warp yarns, .* 0.20 %; rig\.max_strain=0\.\d+ would do"):
+        solved(*weak, "output.samples=60")

@@ -61,7 +61,7 @@ def test_with_damping_too_and_the_guard_agrees(parameter):
     assert xi > 0.05
     assert omega * body.dt < 2.0 * ((1.0 + xi * xi) ** 0.5 - xi)
     body.step(1)
-    assert body.model.health.diagnose(body.dt) == ""
+    assert body.model.diagnose(body.dt) == ""
 
 
 def test_ends_do_not_govern_the_step():
@@ -78,14 +78,14 @@ def test_the_guard_bounds_a_contact_between_its_frequency_and_the_row_sum():
     body = pressed(0.5, 0.9)
     body.step(1)
     model = body.model
-    assert model.health.diagnose(body.dt) == ""
-    health, contacts = model.health, model.tracker.contacts
-    args = contacts, 1, model.law, health.axial, health.shear, model.nodes, health.load
+    assert model.diagnose(body.dt) == ""
+    contacts = model.tracker.contacts
+    args = contacts, 1, model.law, model.axial_stiffness, model.shear_stiffness, model.nodes, model.node_load
     worst, bound = stiffest_node(*args)
     assert worst in contacts.piece[:, 0]
     row_sum = 2.0 * 0.75 * CONTACT.normal / model.mass[worst]
     assert highest(body) < bound == pytest.approx(row_sum, rel=0.02)
-    assert not health.load.any()
+    assert not model.node_load.any()
 
 
 @pytest.mark.parametrize("axial", [20.0, 200.0])
@@ -96,8 +96,8 @@ def test_the_guard_tells_along_a_yarn_from_across_it(axial):
     model = body.model
     model.nodes.position[2, 9:18] -= 0.01  # touching
     body.step(1)
-    contacts, health = model.tracker.contacts, model.health
-    args = contacts, 1, model.law, health.axial, health.shear, model.nodes, health.load
+    contacts = model.tracker.contacts
+    args = contacts, 1, model.law, model.axial_stiffness, model.shear_stiffness, model.nodes, model.node_load
     worst, bound = stiffest_node(*args)
     node = int(contacts.piece[0, 0])
     assert worst in (node, int(contacts.piece[1, 0]))
@@ -172,4 +172,4 @@ def test_the_guard_sees_spin():
     body, _ = spinning(8.0)
     body.step(1)
     model = body.model
-    assert model.health.stable_step()[0] < body.dt
+    assert model.stable_step()[0] < body.dt

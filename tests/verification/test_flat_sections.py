@@ -130,8 +130,8 @@ def test_round_sections_keep_their_bits():
 
 LINE = np.column_stack([np.linspace(0.0, 1.0, 4), np.zeros(4), np.zeros(4)])
 REFUSED = {
-    "no torsion": (lambda: section(1.0, 1.0, 0.1, 1e-3, across=2.0), "and torsion"),
-    "no stiffness": (lambda: section(1.0, 1.0, 0.1, 1e-3, torsion=1.0, across=0.0), "EI across above 0"),
+    "no torsion": (lambda: section(1.0, 1.0, 0.1, 1e-3, across=2.0), "needs torsion"),
+    "no stiffness": (lambda: section(1.0, 1.0, 0.1, 1e-3, torsion=1.0, across=0.0), "across must be above 0"),
     "upright": (lambda: strip_section(1.0, 1.0, 2.0, 1e-3), "thickness above 0 up to the width 1 mm, got 2"),
     "no normal": (lambda: Body.of_chains([Chain(LINE, STRIP)]), "chain 0: a section with two bending stiffnesses"),
     "along": (lambda: Body.of_chains([Chain(LINE, STRIP, normal=[2.0, 0.0, 0.0])]), "along the chain at element 0"),

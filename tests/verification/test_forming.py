@@ -99,11 +99,15 @@ def test_a_holder_keeps_wrinkles_down_and_pulls_the_yarns():
     assert held["max_yarn_force_n"] > free["max_yarn_force_n"]
 
 
+def small_blank(scale):
+    sets = ["rig.blank_length=60", "rig.blank_width=60", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=10",
+            "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=8"]  # fmt: skip
+    return prepare(resolve(variant="1", scale=scale, test="forming", preset="quick", sets=sets)).model
+
+
 def test_the_edges_of_yarns_are_where_they_are_cut():
     """Also when they have settled, so that no two ends lie on one line; drawn inwards by a tenth."""
-    small = ["rig.blank_length=60", "rig.blank_width=60", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=10",
-             "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=8"]  # fmt: skip
-    model = prepare(resolve(variant="1", scale="meso", test="forming", preset="quick", sets=small)).model
+    model = small_blank("meso")
     start = model.position() + np.random.default_rng(1).uniform(-0.1, 0.1, (model.n_nodes, 3))
     frames = [Frame(0.0, 0.0, 0.0, position, {}) for position in (start, 0.9 * start)]
     edge = draw_in(model.mesh, *frames)
@@ -114,10 +118,8 @@ def test_the_edges_of_yarns_are_where_they_are_cut():
 
 def test_shear_angles_have_one_sign_on_both_scales():
     """A blank sheared by 0.2 so that warps lean to +x, where warp and weft close up: arctan 0.2."""
-    small = ["rig.blank_length=60", "rig.blank_width=60", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=10",
-             "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=8"]  # fmt: skip
     for scale in ("macro", "meso"):
-        model = prepare(resolve(variant="1", scale=scale, test="forming", preset="quick", sets=small)).model
+        model = small_blank(scale)
         leaning = model.position()
         leaning[:, 0] += 0.2 * leaning[:, 1]
         model.nodes.position[:, : model.n_nodes] = leaning.T

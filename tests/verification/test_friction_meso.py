@@ -31,15 +31,8 @@ class Listener(Observer):
 
 @pytest.fixture(scope="module")
 def pulled():
-    run = resolve(
-        variant="1",
-        scale="meso",
-        preset="quick",
-        test="friction",
-        direction="warp",
-        sets=list(SETS),
-        accept_limits=True,
-    )
+    options = {"variant": "1", "scale": "meso", "preset": "quick", "test": "friction", "direction": "warp"}
+    run = resolve(**options, sets=list(SETS), accept_limits=True)
     listener = Listener()
     specimen = run_specimen(run, observer=listener)
     assert len(listener.heard) == 1

@@ -1,10 +1,13 @@
 """Bending of yarns in the plane of the shells, in plain Python: gradients, closed forms, cuts, bound of the step."""
 
+import itertools
+
 import numpy as np
 import pytest
+from contact_cases import derivative
 from plain import plain
 from scipy.spatial.transform import Rotation
-from shell_cases import Solid, grid, linear_laminate, quaternion
+from shell_cases import Solid, grid, linear_laminate
 
 from knittest.kernels.in_plane import OWN_EACH
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
@@ -67,15 +70,10 @@ def test_forces_are_the_gradient_of_the_energy(warp):
     """f = -dU/dx by central differences, at each third node of a sheared, crumpled sheet."""
     weave = Weave(*grid(4, 3, 8.0, 6.0), warp)
     crumpled(weave)
-    force, h = weave.forces(), 1e-5
-    for i in range(0, weave.n, 3):
-        for axis in range(3):
-            found = []
-            for step in (h, -h):
-                weave.nodes.position[axis, i] += step
-                found.append(weave.energy())
-                weave.nodes.position[axis, i] -= step
-            assert -(found[0] - found[1]) / (2.0 * h) == pytest.approx(force[i, axis], abs=1e-7 * np.abs(force).max())
+    force = weave.forces()
+    for i, axis in itertools.product(range(0, weave.n, 3), range(3)):
+        found = -derivative(weave.energy, weave.nodes.position, (axis, i), 1e-5)
+        assert found == pytest.approx(force[i, axis], abs=1e-7 * np.abs(force).max())
 
 
 @pytest.mark.parametrize("warp", DIRECTIONS.values(), ids=DIRECTIONS)
@@ -86,12 +84,8 @@ def test_forces_balance_and_turn_with_the_sheet(warp):
     force, energy = weave.forces(), weave.energy()
     assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
     assert np.abs(np.cross(place, force).sum(axis=0)).max() < 1e-11 * np.abs(force).sum()
-    (w, *axis), shift = quaternion(np.array([[0.9, 1.2, 2.0]]))[0], np.array([3.0, -2.0, 1.0])
-
-    def turned(v: np.ndarray) -> np.ndarray:
-        return v + 2.0 * w * np.cross(axis, v) + 2.0 * np.cross(axis, np.cross(axis, v))
-
-    weave.place(turned(place) + shift)
+    turned = Rotation.from_rotvec([0.9, 1.2, 2.0]).apply
+    weave.place(turned(place) + np.array([3.0, -2.0, 1.0]))
     assert weave.energy() == pytest.approx(energy, rel=1e-11)
     assert weave.forces() == pytest.approx(turned(force), abs=1e-11 * np.abs(force).max())
 
@@ -171,27 +165,31 @@ def test_a_sheet_that_is_slightly_uneven_spreads_its_weights_as_a_flat_one(monke
     assert weave.forces() == pytest.approx(own.forces(), abs=2e-3 * np.abs(own.forces()).max())
 
 
+def jacobian(function, place: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Central differences of ``function`` of places along ``moves`` (k, n, 3), whose length is the step."""
+    sides = [function(place + move) - function(place - move) for move in moves]
+    return np.column_stack(sides) / (2.0 * np.abs(moves).max())
+
+
 def columns(weave: Weave, n: int, shells: bool) -> np.ndarray:
     """Stiffness [N/mm] of n columns of nodes against sliding along y past each other, by central differences."""
-    rows, step = weave.n // n, 1e-4
+    rows = weave.n // n
     card = linear_laminate(9e3, 9e3, hourglass_fibre=np.zeros(2), hourglass_shear=0.0, drilling=0.0)  # no node turns
     solid = Solid(weave.points, weave.shells, card)
-    found = np.empty((n, n))
-    for column in range(n):
-        sides = []
-        for sign in (1.0, -1.0):
-            place = weave.points.copy()
-            place[column * rows : (column + 1) * rows, 1] += sign * step
-            weave.place(place)
-            force = weave.forces()
-            if shells:
-                solid.nodes.position[:, : solid.n], solid.nodes.force[:] = place.T, 0.0
-                plain(shell_forces)(0, solid.blocks, 0.0, solid.nodes, solid.shells, solid.laminate, solid.scratch)
-                plain(gather_shells)(0, solid.n, solid.nodes, solid.shells)
-                force = force + solid.nodes.force[:, : solid.n].T
-            sides.append(force[:, 1].reshape(n, rows).sum(axis=1))
-        found[:, column] = (sides[1] - sides[0]) / (2.0 * step)
-    return found
+
+    def forces(place: np.ndarray) -> np.ndarray:
+        weave.place(place)
+        force = weave.forces()
+        if shells:
+            solid.nodes.position[:, : solid.n], solid.nodes.force[:] = place.T, 0.0
+            plain(shell_forces)(0, solid.blocks, 0.0, solid.nodes, solid.shells, solid.laminate, solid.scratch)
+            plain(gather_shells)(0, solid.n, solid.nodes, solid.shells)
+            force = force + solid.nodes.force[:, : solid.n].T
+        return force[:, 1].reshape(n, rows).sum(axis=1)
+
+    moves = np.zeros((n, weave.n, 3))
+    moves[..., 1] = 1e-4 * np.repeat(np.eye(n), rows, axis=1)
+    return -jacobian(forces, weave.points, moves)
 
 
 @pytest.mark.parametrize(("n", "error"), [(5, 0.02), (10, 0.005)])
@@ -325,15 +323,11 @@ def test_the_bound_of_squares_is_sixteen_bending_stiffnesses_over_the_squared_si
 
 def _highest(weave: Weave, mass: np.ndarray, place: np.ndarray) -> float:
     """Largest squared frequency [1/ms^2] about a state; central differences of the forces."""
-    step, size = 1e-5, 3 * weave.n
-    tangent = np.empty((size, size))
-    for k in range(size):
-        sides = []
-        for sign in (1.0, -1.0):
-            moved = place.copy()
-            moved[k // 3, k % 3] += sign * step
-            weave.place(moved)
-            sides.append(weave.forces().ravel())
-        tangent[:, k] = (sides[1] - sides[0]) / (2.0 * step)
+
+    def forces(moved: np.ndarray) -> np.ndarray:
+        weave.place(moved)
+        return weave.forces().ravel()
+
+    tangent = -jacobian(forces, place, 1e-5 * np.eye(place.size).reshape(-1, *place.shape))
     masses = np.repeat(mass, 3)
     return float(np.linalg.eigvals(tangent / np.sqrt(np.outer(masses, masses))).real.max())

@@ -102,11 +102,11 @@ def test_a_straight_yarn_bends_with_the_cell() -> None:
 
 def test_a_body_at_speed_has_no_rest_and_a_stress_needs_steps() -> None:
     body = straight(FLAT)
-    with pytest.raises(InputError, match="nothing has been advanced"):
+    with pytest.raises(InputError, match="no step has been made"):
         body.stress()
     body.stretch(np.diag([0.02, 0.0, 0.0]), Table((0.0, 1.0), (0.0, 1.0)))
     body.start()
-    with pytest.raises(InputError, match="ax of the lattice ends at a speed"):
+    with pytest.raises(InputError, match="ax of the lattice ends at a nonzero speed"):
         body.relax()
 
 

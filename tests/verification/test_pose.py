@@ -44,8 +44,8 @@ def sheet() -> Body:
 
 
 def test_the_example_of_the_module_runs():
-    assert doctest.testmod(knittest.pose) == (0, doctest.testmod(knittest.pose).attempted)
-    assert doctest.testmod(knittest.pose).attempted > 5
+    found = doctest.testmod(knittest.pose)
+    assert found.failed == 0 and found.attempted > 5
 
 
 def test_cantilever_gives_back_its_forces_and_moments():
@@ -170,7 +170,7 @@ def test_relax_that_does_not_come_to_rest_raises():
     body = line()
     body.boundary.move([0], ALL)
     body.boundary.load([20], "z", 0.5)
-    with pytest.raises(NumericalError, match=r"not at rest after 500 steps.*most_steps"):
+    with pytest.raises(NumericalError, match=r"no equilibrium after 500 steps.*most_steps"):
         body.relax(most_steps=500)
     assert not body.relax(must_converge=False, most_steps=500).converged
 
@@ -179,7 +179,7 @@ def test_relax_refuses_a_motion_that_does_not_end():
     body = line()
     body.boundary.move([0], ALL)
     body.boundary.move([20], "z", constant(0.1))
-    with pytest.raises(InputError, match="motion 1 ends at a speed that is not 0"):
+    with pytest.raises(InputError, match="motion 1 ends at a nonzero speed"):
         body.relax()
 
 
@@ -260,20 +260,20 @@ def one_shell() -> Body:
 
 PULL, PUSH = ramp(1.0, 1.0), ramp(1.0, -1.0)
 REFUSED = {
-    "held and moved": (lambda: moved(([0, 1], ALL), ([1], "z", PULL)), "z of node 1 .* motion 0 and again by motion 1"),
-    "moved and held": (lambda: moved(([1], "rx", PULL), ([0, 1], ALL)), "rx of node 1 .* motion 0 and again by .* 1"),
-    "moved twice": (lambda: moved(([1, 2], "x", PULL), ([2, 3], "x", PUSH)), "x of node 2 .*later would win"),
-    "one call": (lambda: moved(([2, 2], "x", PULL, [1.0, 2.0])), "x of node 2 .* motion 0 and again by motion 0"),
-    "tool twice": (tool_added_twice, "tool: it is in a body already"),
-    "tool of others": (lambda: tool_moved(("move_tool", "z", PULL), again=True), "tool: it is in a body already"),
+    "held and moved": (lambda: moved(([0, 1], ALL), ([1], "z", PULL)), "z of node 1 .* motions 0 and 1"),
+    "moved and held": (lambda: moved(([1], "rx", PULL), ([0, 1], ALL)), "rx of node 1 .* motions 0 and 1"),
+    "moved twice": (lambda: moved(([1, 2], "x", PULL), ([2, 3], "x", PUSH)), "x of node 2 is prescribed twice"),
+    "one call": (lambda: moved(([2, 2], "x", PULL, [1.0, 2.0])), "x of node 2 .* motions 0 and 0"),
+    "tool twice": (tool_added_twice, "tool: it already belongs to a body"),
+    "tool of others": (lambda: tool_moved(("move_tool", "z", PULL), again=True), "tool: it already belongs to a body"),
     "tool moved twice": (
-        lambda: tool_moved(("move_tool", "z", PULL), ("move_tool", ("x", "z"), PUSH)), "tool 0 is moved or free along z"
+        lambda: tool_moved(("move_tool", "z", PULL), ("move_tool", ("x", "z"), PUSH)), "already moved or free along z"
     ),
     "tool moved and free": (
-        lambda: tool_moved(("move_tool", "z", PULL), ("free_tool", "z", 1.0)), "tool 0 is moved or free along z"
+        lambda: tool_moved(("move_tool", "z", PULL), ("free_tool", "z", 1.0)), "already moved or free along z"
     ),
     "two masses": (
-        lambda: tool_moved(("free_tool", "z", 1.0), ("free_tool", "x", 2.0)), "tool 0 is free already"
+        lambda: tool_moved(("free_tool", "z", 1.0), ("free_tool", "x", 2.0)), "tool 0 is already free"
     ),
     "node": (lambda: line().boundary.move([21], "x"), "21 is not a node; expected numbers from 0 to 20"),
     "negative node": (lambda: line().boundary.load([-1], "x", 1.0), "-1 is not a node"),
@@ -282,42 +282,42 @@ REFUSED = {
     "dof of a load": (lambda: line().boundary.load([0], "q", 1.0), "degree of freedom 'q'"),
     "load": (lambda: line().boundary.load([0], "x", np.nan), "value of a load: not finite"),
     "loads": (lambda: line().boundary.load([0, 1, 2], "x", [1.0, 2.0]), "2,.*3 nodes"),
-    "stray load": (lambda: one_shell().boundary.load([0, 5], "z", [1.0, 2.0]), "no element has node 5, .*1 in all"),
+    "stray load": (lambda: one_shell().boundary.load([0, 5], "z", [1.0, 2.0]), "node 5 belongs to no element .1 such"),
     "table": (lambda: Table((0.0, 2.0, 1.0), (0.0, 0.0, 0.0)), "must not fall"),
     "points": (lambda: Body.of_chains([Chain(np.full((3, 3), np.nan), ROUND)]), "points of chain 0: not finite"),
     "one point": (lambda: Body.of_chains([Chain(LINE[:1], ROUND)]), "at least two"),
-    "same point": (lambda: Body.of_chains([Chain(LINE[[0, 0, 1]], ROUND)]), "points 0 and 1 lie in one place"),
+    "same point": (lambda: Body.of_chains([Chain(LINE[[0, 0, 1]], ROUND)]), "points 0 and 1 coincide"),
     "cell": (lambda: Body.of_shells(SQUARES, [[0, 1, 4, 9]], LAMINATE, 1e-3, 1.0), "9 is not a node"),
     "folded": (lambda: Body.of_shells(SQUARES, [[0, 4, 1, 3]], LAMINATE, 1e-3, 1.0), "cell 0 .*not convex"),
     "collapsed": (lambda: Body.of_shells(SQUARES, [[0, 1, 2, 2]], LAMINATE, 1e-3, 1.0), "cell 0 .*collapsed"),
     "bending": (lambda: linear_laminate((100.0, 80.0), 2.0, 0.5, 1.0), "bending: expected the shape \\(2\\)"),
     "middle": (lambda: linear_laminate((100.0, 80.0), (30.0, 1.0), 0.5, 1.0), "thickness above 1.095 mm"),
     "place": (lambda: line().place(np.full((21, 3), np.inf)), "position: not finite"),
-    "group": (lambda: line().reaction(3), "expected a number that boundary.move returned"),
-    "no tool": (lambda: line().boundary.free_tool(0, "z", mass=1.0), "tool 0: expected a number that add_tool"),
-    "unknown tool": (lambda: line().boundary.move_tool(3, "z", constant(1.0)), "tool 3.*there are 0"),
-    "normal": (lambda: plane((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), "normal or axis of a tool: a vector without length"),
+    "group": (lambda: line().reaction(3), "expected a number returned by boundary.move"),
+    "no tool": (lambda: line().boundary.free_tool(0, "z", mass=1.0), "tool 0: expected a number returned"),
+    "unknown tool": (lambda: line().boundary.move_tool(3, "z", constant(1.0)), "tool 3.*below 0"),
+    "normal": (lambda: plane((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)), "normal or axis of a tool: expected a vector"),
     "place of a tool": (lambda: plane((np.nan, 0.0, 0.0), (0.0, 0.0, 1.0)), "point of a plane: not finite"),
     "tool size": (lambda: cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), -1.0, 2.0), "radius of a cylinder: -1"),
     "damping": (lambda: line(damping=np.nan), "damping .* not finite: nan"),
     "negative damping": (lambda: setattr(line(), "damping", -1.0), "damping .*: -1; expected at least 0"),
     "safety": (lambda: line(safety=0.0), "safety: 0; expected more than 0"),
-    "too fast": (lambda: line(safety=1.1), "safety: 1.1; above 1"),
+    "too fast": (lambda: line(safety=1.1), "safety: 1.1; expected at most 1"),
     "threads": (lambda: line(threads=-1), "threads: -1; expected at least 1"),
     "strength": (lambda: sheet().set_strength([1.0, 0.0]), "strength of shell 1: expected more than 0"),
     "axial": (lambda: section(0.0, 1.0, 0.1, 1e-3), "EA of a section .*: 0; expected more than 0"),
     "density": (lambda: section(1.0, 1.0, 0.1, 0.0), "linear_density of a section"),
     "torsion": (lambda: section(1.0, 1.0, 0.1, 1e-3, torsion=-1.0), "GJ of a section: -1"),
     "falling law": (lambda: section(1.0, 1.0, 0.1, 1e-3, law=([0.0, 1.0, 2.0], [0.0, 2.0, 1.0])), "do not fall"),
-    "law": (lambda: section(1.0, 1.0, 0.1, 1e-3, law=([0.1, 1.0], [0.3, 1.0])), r"from \(0, 0\) on"),
+    "law": (lambda: section(1.0, 1.0, 0.1, 1e-3, law=([0.1, 1.0], [0.3, 1.0])), r"starting at \(0, 0\)"),
     "fail": (lambda: Body.of_chains([Chain(LINE, ROUND, fail_strain=np.nan)]), "fail_strain of chain 0: not a number"),
     "elements": (lambda: Body.of_chains([Chain(LINE, ROUND, slack=np.zeros(3))]), "one of each of 20 elements"),
-    "set": (lambda: Body.of_chains([Chain(LINE, ROUND, degree_of_set=1.5)]), "a share from 0 to 1"),
+    "set": (lambda: Body.of_chains([Chain(LINE, ROUND, degree_of_set=1.5)]), "chain 0: expected 0 to 1"),
     "part": (lambda: Body.of_chains([Chain(LINE, ROUND, part=1)]), "part 1 of chain 0: there are 1 part_names"),
-    "no chain": (lambda: Body.of_chains([]), "chains: none given"),
+    "no chain": (lambda: Body.of_chains([]), "chains: expected at least one"),
     "contact": (lambda: Body.of_chains([Chain(LINE, ROUND)], YarnContact(-1.0, 0.0, 0.0)), "normal of the contact: -1"),
     "area mass": (lambda: Body.of_shells(SQUARES, CELLS, LAMINATE, 0.0, 1.0), "area_mass"),
-    "warp": (lambda: Body.of_shells(SQUARES, CELLS, LAMINATE, 1e-3, 1.0, warp=(0, 0, 1)), "warp.* across cell 0"),
+    "warp": (lambda: Body.of_shells(SQUARES, CELLS, LAMINATE, 1e-3, 1.0, warp=(0, 0, 1)), "warp.* normal to cell 0"),
     "hourglass": (lambda: linear_laminate((100.0, 80.0), (2.0, 1.0), 0.5, 1.0, hourglass=-1.0), "hourglass: -1"),
     "fracture": (lambda: linear_laminate((9.0, 8.0), (2.0, 1.0), 0.5, 1.0, fail_strain=(0.0, 1.0)), "fail_strain"),
     "duration": (lambda: line().advance(-1.0), "duration .*: -1; expected at least 0"),

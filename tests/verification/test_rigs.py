@@ -5,7 +5,6 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.materials.trellis import crosshead, frame_angle
 from knittest.runs.specimen import prepare, run_specimen
 
 
@@ -72,13 +71,6 @@ def test_the_frame_force_of_a_linear_shear_law_is_the_closed_form():
     judged = (angle > np.deg2rad(8.0)) & (angle < np.deg2rad(44.0))
     expected = 0.5 * angle * 50.0 / np.sin(np.pi / 4.0 - 0.5 * angle)
     assert curve["shear_force_n"][judged] == pytest.approx(expected[judged], rel=0.01)
-
-
-def test_the_frame_angle_is_eq_1():
-    """gamma(0) = 0 and Eq. 1 is the inverse of the diagonal's length."""
-    assert frame_angle(0.0, 200.0) == pytest.approx(0.0, abs=1e-7)
-    for angle in (0.2, 0.7):
-        assert frame_angle(crosshead(angle, 200.0), 200.0) == pytest.approx(angle, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -70,7 +70,7 @@ def test_a_cell_whose_sections_hold_all_fibres_comes_to_rest():
 
 
 def test_a_specimen_of_loops_that_lock_is_not_made():
-    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock, yarns sink .*; expected at most"):
+    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock: yarns penetrate .*; expected at most"):
         prepare(run_of(f"{LOOPS}draw_in=10", "rig.side=22", "solver.max_penetration=5"))
 
 
@@ -87,8 +87,8 @@ def test_both_are_refused():
 def test_a_mesh_that_presses_where_fine_ones_do_not_is_refused_with_one_that_would_do():
     """30 beams a loop and 4 a wave press 2.5 times as hard; what is advised passes; nothing is said of other runs."""
     reason = too_coarse(run_of(f"{LOOPS}draw_in=1"))
-    assert reason.startswith("contact forces of the settled cell are 2.")
-    assert "model.meso.elements_per_loop=48 with elements_per_wave=12" in reason
+    assert reason.startswith("contact forces of the relaxed cell are 2.")
+    assert "model.meso.elements_per_loop=48 and elements_per_wave=12" in reason
     assert too_coarse(run_of(f"{LOOPS}draw_in=1", *FINE)) == ""
     assert too_coarse(run_of()) == too_coarse(run_of(f"{LOOPS}draw_in=1", scale="macro")) == ""
     assert with_draw_in(run_of()) is run_of()

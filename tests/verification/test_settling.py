@@ -26,7 +26,7 @@ def test_a_strip_of_yarns_comes_to_rest_before_its_test():
     sets = ["rig.width=10", "rig.gauge_length=10", "output.frames=1"]
     run, seen = resolve(variant="2", scale="meso", preset="quick", direction="warp", sets=sets), Seen()
     run_specimen(run, observer=seen)
-    rest, test = (seen.phases[name] for name in ("coming to rest before the test", "running the test"))
+    rest, test = (seen.phases[name] for name in ("relaxing the specimen before the test", "running the test"))
     assert len(rest) > 10 and rest == sorted(rest) and 0.0 < rest[-1] <= 1.0
     assert len(test) > 10
 
@@ -37,5 +37,5 @@ def test_a_cell_keeps_no_row_of_its_rest():
     prepared = prepare(run)
     assert prepared.model.prestressed
     history, _ = TESTS["cell"].solve(prepared, run, seen)
-    assert len(seen.phases["coming to rest before the test"]) > 10
+    assert len(seen.phases["relaxing the specimen before the test"]) > 10
     assert len(prepared.model.record) == len(history.energies["time_ms"]) == len(seen.phases["running the test"])

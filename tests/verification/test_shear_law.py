@@ -177,7 +177,7 @@ CONJUGATE = "shear_force_n_per_mm"
     ("given", "says"),
     [
         (by_curve([0, 10, 20], [0, 1, 2], "force_n"), "expected shear_angle_deg and one of"),
-        (by_curve([0, 10, 20], [0, 1, 2], CONJUGATE, definition="cauchy"), "column says conjugate"),
+        (by_curve([0, 10, 20], [0, 1, 2], CONJUGATE, definition="cauchy"), "column is conjugate"),
         (by_curve([0, 10, 20], [0, 1, 0.9], CONJUGATE), "falls at 20 deg"),
         (by_curve([0, 10, 20], [0.5, 1, 2], CONJUGATE), "starts at 0 deg, 0.5 N/mm"),
         (by_curve([0, 10, 95], [0, 1, 2], CONJUGATE), "below 90 deg"),

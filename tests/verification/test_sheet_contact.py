@@ -129,7 +129,7 @@ def test_contact_of_a_shell_that_broke_ends():
 
 def test_sheets_laid_into_each_other_are_refused():
     body = case.stack([((2, 2), (0.0, 0.0, 0.0)), ((2, 2), (1.0, 1.0, 0.5 * case.THICKNESS))])
-    with pytest.raises(InputError, match="overlap at the start"):
+    with pytest.raises(InputError, match="initial overlap"):
         body.start()
 
 
@@ -160,7 +160,7 @@ def test_a_small_overlap_starts_without_force():
 @pytest.mark.parametrize(
     ("cells", "message"),
     [
-        ([[0, 1, 4, 3], [1, 4, 5, 2]], "opposite senses"),
+        ([[0, 1, 4, 3], [1, 4, 5, 2]], "opposite orientation"),
         ([[0, 1, 4, 3], [4, 1, 2, 5], [4, 1, 6, 7]], "more than two shells"),
     ],
 )

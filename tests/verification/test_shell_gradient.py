@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from shell_cases import PATCH, PATCH_CONN, Solid, X, descents, linear_laminate, product, quaternion, wavy
+from shell_cases import PATCH, PATCH_CONN, Solid, X, linear_laminate, product, quaternion, wavy
 
 from knittest.kernels.in_plane import no_bends
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
@@ -18,37 +18,6 @@ def curved_laminate():
         slope=np.array([[300.0, 200.0, 400.0], [100.0, 150.0, 350.0]]), compression=np.array([20.0, 30.0]),
         shear_knee=np.array([0.0, 0.05, 0.2]), shear_slope=np.array([0.5, 1.0, -0.4]),
     )  # fmt: skip
-
-
-def deformed(seed: int = 2) -> tuple[Solid, np.ndarray, np.ndarray]:
-    """Stretched by 5 %, sheared, warped, with random directors."""
-    position, conn = wavy()
-    solid = Solid(position, build_shells(position, conn, np.array([0.8, 0.6, 0.1])), curved_laminate())
-    rng = np.random.default_rng(seed)
-    shift = position @ np.array([[0.05, 0.0, 0.0], [0.2, 0.03, 0.0], [0.1, 0.2, 0.0]]) + rng.normal(
-        0.0, 0.3, position.shape
-    )
-    turn = rng.normal(0.0, 0.3, position.shape)
-    solid.place(shift, turn)
-    return solid, shift, turn
-
-
-def test_forces_are_the_gradient_of_the_energy():
-    """f = -dU/dx and m = -dU/d(rotation) by central differences of 1e-5: error of the order h^2 U''' / U'."""
-    solid, _, _ = deformed()
-    force, moment = solid.forces()
-    expected_force, expected_moment = descents(solid)
-    assert force == pytest.approx(expected_force, abs=1e-7 * np.abs(force).max())
-    assert moment == pytest.approx(expected_moment, abs=1e-6 * np.abs(moment).max())
-
-
-def test_forces_balance():
-    """Internal forces add no momentum and no angular momentum, in any state (round-off)."""
-    solid, shift, _ = deformed()
-    force, moment = solid.forces()
-    position = solid.start + shift
-    assert np.abs(force.sum(axis=0)).max() < 1e-11 * np.abs(force).sum()
-    assert np.abs((np.cross(position, force) + moment).sum(axis=0)).max() < 1e-11 * np.abs(force).sum() * 20.0
 
 
 @pytest.mark.parametrize("angle", [0.3, 1.5, 3.0, 6.0])

@@ -44,15 +44,9 @@ class Keeper(Observer):
 
 
 def small_frame(*sets: str) -> Run:
-    sets = (
-        "rig.side=15",
-        "rig.max_angle=20",
-        f"solver.speed={FAST}",
-        "output.samples=100",
-        f"solver.max_kinetic_ratio={LIMIT}",
-        *sets,
-    )
-    return resolve(variant="1", scale="meso", preset="quick", test="picture-frame", sets=list(sets))
+    small = ["rig.side=15", "rig.max_angle=20", f"solver.speed={FAST}", "output.samples=100"]
+    sets = [*small, f"solver.max_kinetic_ratio={LIMIT}", *sets]
+    return resolve(variant="1", scale="meso", preset="quick", test="picture-frame", sets=sets)
 
 
 @pytest.fixture(scope="module")

@@ -128,7 +128,7 @@ def test_a_yarn_that_is_pressed_through_another_is_an_error() -> None:
     body = yarns(0.1, YarnContact(normal=1.0, tangential=0.5, friction=0.2))
     body.boundary.move([0, POINTS - 1], ALL)
     body.boundary.load([POINTS + MIDDLE], "z", -5.0)
-    with pytest.raises(NumericalError, match=r"pass through each other .* ms; a smaller safety, or slower motion"):
+    with pytest.raises(NumericalError, match=r"pass through each other .* ms; reduce safety or the speed of motion"):
         body.advance(2.0)
 
 
