@@ -91,9 +91,10 @@ class TestKind:
     run: str
     test: str
     report: str
-    #: ``module:name`` of functions of a run: its size in words, and length and width [mm] of its sheet of shells
-    size: str = ""
-    sheet: str = ""
+    #: its size in words, formatted with its ``rig``, and fields of the rig that are length and width [mm] of its sheet of
+    #: shells; or ``module:name`` of a function of a run that returns them
+    size: str | tuple[str, ...] = ""
+    sheet: str | tuple[str, str] = ""
     #: ``module:name`` of the share of its motion after which a run, with what is prepared of it, will have failed
     lasting: str = ""
     #: ``module:name`` of what ``knittest check`` looks at before its model is made: lines and numbers of a run, with a

@@ -1,10 +1,10 @@
-"""Results of a cantilever as they would be with its chord in the plane, and after the last of its drift."""
+"""Results of a cantilever with its chord in the plane, and after the last of its drift."""
 
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.numerical_error import Corrections, Numbers
 from knittest.materials.heavy_elastica import overhang_ratio
 
-#: chords [deg] between which the heavy elastica gives an overhang at another
+#: chord angles [deg] between which the heavy elastica converts overhangs
 FLATTEST, STEEPEST = 1.0, 85.0
 #: bending stiffness per width [N mm] by Eq. 2, B = w (L / 2)^3
 EQ2 = "bending_stiffness_eq2_n_mm_per_width"
@@ -14,19 +14,19 @@ class CantileverCorrections(Corrections[CantileverRun]):
     """See :class:`knittest.laboratory.numerical_error.Corrections`."""
 
     def exact(self, run: CantileverRun, results: Numbers) -> Numbers:
-        """An overhang that was looked for is off by how far its chord misses the plane."""
+        """Correct an overhang that was searched for the difference of its chord from the plane."""
         return at_the_plane(run, results)
 
     def rested(self, run: CantileverRun, results: Numbers) -> Numbers:
-        """A strip of yarns is off by what its last drift would change."""
+        """Correct a strip of yarns for its last drift."""
         return after_drift(run, results)
 
 
 def at_the_plane(run: CantileverRun, results: Numbers) -> Numbers:
-    """``results`` of ``run`` with overhang and Eq. 2's stiffness as they would be with the chord in the plane, by the
-    heavy elastica; as they are where no overhang is looked for.
+    """Overhang and stiffness by Eq. 2 with the chord in the plane, by the heavy elastica; unchanged for a given
+    overhang.
 
-    The search ends within a tolerance, at an overhang that two runs may share though their chords differ.
+    The search ends within a tolerance, so two runs may share an overhang though their chords differ.
     """
     found = dict(results)
     angle = found.get("chord_angle_deg")
@@ -40,8 +40,8 @@ def at_the_plane(run: CantileverRun, results: Numbers) -> Numbers:
 
 
 def after_drift(run: CantileverRun, results: Numbers) -> Numbers:
-    """:func:`at_the_plane` of ``results`` with the chord moved on by its last drift: what the criterion of rest leaves
-    open of a strip of yarns.
+    """:func:`at_the_plane` of ``results`` with the chord moved by its last drift, which the criterion of rest leaves
+    open.
     """
     found = dict(results)
     angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", EQ2))

@@ -4,14 +4,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from knittest.base.history import Array
 from knittest.laboratory.cell.config import CellRig, CellRun
 from knittest.laboratory.records import Ending
 from knittest.models.periodic_model import NUMBERS
 from knittest.models.tool import Table, ramp
-
-Array = NDArray[np.float64]
 
 #: knots of a motion
 KNOTS = 400
@@ -21,9 +19,9 @@ FABRIC = 100.0
 
 @dataclass(frozen=True)
 class CellPath:
-    """Way from ``s`` = 0 to 1: ``at`` (KNOTS + 1, 7) numbers of the lattice at even ``s``, ``free`` ones of them, the
-    ``end`` of the coordinate whose conjugate force is read, named ``name`` with the factor ``shown`` to its unit; it
-    takes ``duration`` [ms].
+    """Path from ``s`` = 0 to 1: numbers ``at`` (KNOTS + 1, 7) of the lattice at even ``s``, ``free`` ones of them.
+
+    ``end`` of the coordinate ``name`` whose conjugate force is read, ``shown`` its factor to a unit, ``duration`` [ms].
     """
 
     name: str
@@ -35,7 +33,7 @@ class CellPath:
 
     @property
     def shrink(self) -> float:
-        """Share [-] of their length that lines in the plane come to on the way, the smallest; free ones keep theirs."""
+        """Smallest length over its start [-] of lines in the plane on the path; free ones keep theirs."""
         flat = self.at[:, [0, 1, 3, 4]].reshape(-1, 2, 2)
         gradient = np.linalg.solve(flat[0], flat)
         return float(min(np.linalg.svd(gradient, compute_uv=False).min(), 1.0))
@@ -43,20 +41,17 @@ class CellPath:
     @cached_property
     def slope(self) -> Array:
         """Derivatives of the numbers by s, (KNOTS + 1, 7)."""
-        found: Array = np.gradient(self.at, 1.0 / KNOTS, axis=0)
-        return found
+        return np.asarray(np.gradient(self.at, 1.0 / KNOTS, axis=0))
 
     def rates(self, progress: Table) -> dict[str, Table]:
         """Speeds of the numbers that move, where s moves by ``progress`` [1/ms]."""
         time = np.linspace(0.0, self.duration, KNOTS + 1)
         s = np.array([progress.integral(float(t)) for t in time]).clip(max=1.0)
         speed = np.interp(time, progress.time, progress.value)
-        even = np.linspace(0.0, 1.0, KNOTS + 1)
-        moving = [q for q in range(7) if np.ptp(self.at[:, q]) > 0.0 and NUMBERS[q] not in self.free]
-        found = {}
-        for q in moving:
-            slope = np.interp(s, even, self.slope[:, q])
-            found[NUMBERS[q]] = Table(tuple(time), tuple(slope * speed))
+        even, found = np.linspace(0.0, 1.0, KNOTS + 1), {}
+        for q, name in enumerate(NUMBERS):
+            if np.ptp(self.at[:, q]) > 0.0 and name not in self.free:
+                found[name] = Table(tuple(time), tuple(np.interp(s, even, self.slope[:, q]) * speed))
         return found
 
     def conjugate(self, pull: Array, s: float) -> float:
@@ -98,7 +93,6 @@ def _bent(rig: CellRig, flat: Array, s: Array) -> CellPath:
 
 
 def _stepped(rig: CellRig, flat: Array, s: Array) -> CellPath:
-    """Straight ways between the rows of a file."""
     rows = np.array(rig.steps)
     xx, xy, yx, yy = (np.interp(s, rows[:, 0], rows[:, k]) for k in range(1, 5))
     a, b = flat[0, 0], flat[0, 4]
@@ -120,5 +114,5 @@ ANGLES, NEAR = (1.0, 10.0, 20.0, 30.0, 40.0), 0.5
 
 
 def ending(run: CellRun) -> Ending | None:
-    """End of the path of ``run``; None where all that is read of it is read at its end."""
+    """End of the path of ``run``; None where results are read at its end only."""
     return Ending("rig.end_angle", run.rig.last_angle, NEAR) if run.rig.path == "shear" else None

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 from knittest.base.kinds import Stated
 from knittest.config.base import Kernel, number
 from knittest.config.doubtful import is_derived, with_in_plane_bending, without_in_plane_bending
-from knittest.config.fabric import Direction, Fabric
+from knittest.config.fabric import Direction
 from knittest.config.rigs import Rig, check_friction_order
 from knittest.config.run import Run
 from knittest.config.tools import Die, Holder, Stamp, check_blank, check_fit
@@ -70,7 +70,7 @@ class FormingRun(Run):
     rig: FormingRig = Field(default_factory=FormingRig)
 
     def with_derived_numbers(self) -> Self:
-        """The run with the bending of its inlays in the plane of the shells, or without if ``rig`` turns it off."""
+        """Return the run with in-plane bending of its inlays, or without if ``rig`` turns it off."""
         if self.model.scale != "macro":
             return self
         settle = with_in_plane_bending if self.rig.in_plane_bending else without_in_plane_bending
@@ -81,8 +81,8 @@ class FormingRun(Run):
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
 
-#: blank, stroke and stamp of the yarns' forming test where they are not those of the rig, scaled down: a tenth and a
-#: half of the beams; gaps and floor stay, because the fabric is as thick
+#: smaller blank, stroke and stamp of a meso run: a tenth and a half of the beams. Gaps and floor remain: the fabric is
+#: as thick
 SMALLER: dict[str, dict[str, object]] = {
     "quick": {
         "blank_length": 120.0,
@@ -114,25 +114,24 @@ SMALLER: dict[str, dict[str, object]] = {
     "paper": {},
 }  # fmt: skip
 
-#: forming of shells without a holder: a flange that little but its weight keeps down must not be dragged by damping
+#: macro forming without a holder: damping must not lift a flange that only its weight keeps down
 FREE_BLANK: dict[str, float] = {"speed": 0.05, "damping": 0.006}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
-    """Settings of ``preset`` at ``scale``, of shells for a blank that a stated force holds or not.
+    """Settings of ``preset`` at ``scale``, of a macro run for a blank with or without a holder force.
 
-    Penalties grow with the inverse square of the step: folds of shells and yarns on tools want them stiff.
+    Penalties grow with the inverse square of the step: folds of shells and yarns on tools need them stiff.
     """
     model = {
         "meso": {"elements_per_loop": 20, "elements_per_wave": 4},
         "macro": {"element_size": ELEMENT[preset], "self_contact": True},  # its folds touch
     }
-    if scale == "meso":  # less work is done on a small piece: its inertia must be smaller too
+    if scale == "meso":  # less work is done on a small piece, so its inertia must be smaller
         solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.7, "speed": SPEED[preset]}
         return {"model": model, "rig": SMALLER[preset], "solver": solver}
     force = stated("blank_holder_force")
-    held = isinstance(force, int | float) and force > 0.0
-    free = {} if held else FREE_BLANK
+    free = {} if isinstance(force, int | float) and force > 0.0 else FREE_BLANK
     return {"model": model, "solver": {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.9} | free}
 
 
@@ -143,11 +142,6 @@ def stated(run: FormingRun) -> tuple[str, ...]:
     return f"blank {rig.blank_width:g} x {rig.blank_length:g} mm", f"stamp {rig.stamp.kind}, {rig.depth:g} mm", held
 
 
-def sheet(run: FormingRun) -> tuple[float, float]:
-    """Length and width [mm] of the sheet of shells."""
-    return run.rig.blank_length, run.rig.blank_width
-
-
 DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 
@@ -155,15 +149,10 @@ class FormingOrigin(Origin[FormingRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
     def assumed(self, run: FormingRun) -> tuple[str, ...]:
-        """Assumed numbers of the fabric, also behind derived ones, and friction of the tools not measured for it."""
-        return (*super().assumed(run), *_behind_derived(run.fabric), *assumed_friction(run))
-
-
-def _behind_derived(fabric: Fabric) -> tuple[str, ...]:
-    """Derived bending of the inlays in the plane whose EI or density is assumed."""
-    bending, found = fabric.macro.in_plane_bending, []
-    for direction in DIRECTIONS:
-        fields = (f"reinforcing.bending_stiffness.{direction}", f"{direction}_density")
-        if bending is not None and is_derived(bending.of(direction)) and (names := guessed(fabric, fields)):
-            found.append(f"macro.in_plane_bending.{direction} (from {' and '.join(names)})")
-    return tuple(found)
+        """Assumed numbers of the fabric, also those behind derived in-plane bending, and assumed friction of tools."""
+        bending, found = run.fabric.macro.in_plane_bending, []
+        for direction in DIRECTIONS:
+            fields = (f"reinforcing.bending_stiffness.{direction}", f"{direction}_density")
+            if bending is not None and is_derived(bending.of(direction)) and (names := guessed(run.fabric, fields)):
+                found.append(f"macro.in_plane_bending.{direction} (from {' and '.join(names)})")
+        return (*super().assumed(run), *found, *assumed_friction(run))
