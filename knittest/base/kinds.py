@@ -91,7 +91,7 @@ class TestKind:
     run: str
     test: str
     report: str
-    #: its size in words, formatted with its ``rig``, and fields of the rig that are length and width [mm] of its sheet of
+    #: its size in words, formatted with its ``rig``, and fields of the rig with length and width [mm] of its sheet of
     #: shells; or ``module:name`` of a function of a run that returns them
     size: str | tuple[str, ...] = ""
     sheet: str | tuple[str, str] = ""

@@ -18,9 +18,7 @@ LEAST = 1e-9
 
 
 def after_rest(history: History, begin: float) -> History:
-    """``history`` from the time ``begin`` [ms] on: its energies and losses count from the last row before it. Frames
-    stay.
-    """
+    """``history`` from the time ``begin`` [ms] on: energies and losses count from the last row before it."""
     energies = history.energies
     start = max(int(np.searchsorted(energies["time_ms"], begin, side="right")) - 1, 0)
     later = slice(min(start + 1, len(energies["time_ms"]) - 1), None)
@@ -29,25 +27,19 @@ def after_rest(history: History, begin: float) -> History:
     if not curve_from.any():
         curve_from[-1] = True
     failure = history.first_failure
+    elastic = sum(v for name, v in counted.items() if name.startswith("internal_"))
+    spent = elastic + counted["contact_mj"] + counted["hourglass_mj"] + counted["friction_mj"]
+    work = np.abs(counted["external_mj"])
+    largest = np.maximum(work, np.concatenate([[0.0], work[:-1]]))
+    counted["kinetic_ratio"] = counted["kinetic_mj"] / np.maximum(spent, LEAST)
+    counted["energy_error"] = np.abs(counted["balance_error_mj"]) / np.maximum(largest, LEAST)
     return replace(
         history,
         curve={name: values[curve_from] for name, values in history.curve.items()},
-        energies=counted | _ratios(counted),
+        energies=counted,
         contacts={name: values[later] for name, values in history.contacts.items()},
         first_failure=None if failure is None else max(failure - later.start, 0),
     )
-
-
-def _ratios(energies: dict[str, Array]) -> dict[str, Array]:
-    """Kinetic energy over elastic energy and friction, and balance error over work, (n_rows,)."""
-    elastic = sum(v for name, v in energies.items() if name.startswith("internal_"))
-    taken = elastic + energies["contact_mj"] + energies["hourglass_mj"] + energies["friction_mj"]
-    work = np.abs(energies["external_mj"])
-    largest = np.maximum(work, np.concatenate([[0.0], work[:-1]]))
-    return {
-        "kinetic_ratio": energies["kinetic_mj"] / np.maximum(taken, LEAST),
-        "energy_error": np.abs(energies["balance_error_mj"]) / np.maximum(largest, LEAST),
-    }
 
 
 # Restart of a test at a lower speed, when an energy ratio exceeds its limit. Kinetic energy grows with the square of

@@ -1,7 +1,8 @@
 """Parts that all tests share: a prepared specimen, the interface of a test, and tension curves of the macro model."""
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
 
@@ -16,6 +17,7 @@ from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
 from knittest.config.yarn import TENACITY
 from knittest.experiment.compare import STRAIN
+from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve, per_width
 from knittest.experiment.origin import borrowed
 from knittest.kernels.shell_state import Laminate
@@ -33,7 +35,7 @@ MARGIN = 0.02
 
 @dataclass(frozen=True)
 class Reach:
-    """Largest force of a tension curve, at ``end`` [%], of which the macro model does not reach the share ``lost`` [-]."""
+    """Largest force of a tension curve at ``end`` [%], of which the macro model misses the share ``lost`` [-]."""
 
     direction: Direction
     end: float
@@ -98,6 +100,12 @@ def cut_curve_warnings(run: Run) -> tuple[str, ...]:
     if run.model.scale != "macro":
         return ()
     return tuple(one.text() for one in reaches(run.fabric, tension_curves(run.fabric)) if one.is_cut)
+
+
+def unless_one(factors: Iterable[float]) -> tuple[float, ...]:
+    """``factors``; empty where all are 1."""
+    found = tuple(factors)
+    return () if all(math.isclose(factor, 1.0, rel_tol=EXACT) for factor in found) else found
 
 
 #: the run of a test

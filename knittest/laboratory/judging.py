@@ -163,7 +163,13 @@ def assess(
             f"a yarn contact was found late, at an overlap of {late:.0f} % of the radius; above {LATE:g} % yarns may "
             "have crossed: compare with a smaller solver.safety"
         )
-    return _checked(run, quality, beyond, history.rest)
+    for gate in gates_of(run):
+        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_beyond_law:
+            quality = quality.warning(beyond.stated)
+        else:
+            quality = by_gate(run, quality, gate, beyond, history.rest)
+    quality = quality.warning(*(history.rest.warnings if history.rest else ()))
+    return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
 
 def _more_rows(run: Run, prepared: Prepared, history: History, cost: SimulationCost, rows: slice) -> str:
@@ -210,7 +216,7 @@ def locking(history: History, most: float) -> tuple[str, ...]:
 
 
 def _force_free(history: History, rows: slice) -> float:
-    """Deepest overlap of yarns without force over the smaller radius, in two rows at least: late contacts get a force."""
+    """Deepest overlap of yarns without force over the smaller radius, in two rows: late contacts get a force."""
     columns = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
     lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in columns]
     return 0.01 * float(np.concatenate(lasting).max(initial=0.0))
@@ -236,16 +242,6 @@ def _insufficient(run: Run, prepared: Prepared, history: History, cost: Simulati
                 f"the first failure comes at {100.0 * work[rows.stop - 1] / at_peak:.0f} % of the work up to the peak "
                 f"force. The quality checks end there; they need at least {100.0 * BEFORE_FAILURE:g} %"
             )
-
-
-def _checked(run: Run, quality: Quality, beyond: BeyondLaw, rest: Rest | None) -> Quality:
-    for gate in gates_of(run):
-        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_beyond_law:
-            quality = quality.warning(beyond.stated)
-        else:
-            quality = by_gate(run, quality, gate, beyond, rest)
-    quality = quality.warning(*(rest.warnings if rest else ()))
-    return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
 
 def by_gate(

@@ -74,7 +74,7 @@ def mesh_factor(ratio: float, finer: bool) -> float:
 def numerical_errors(
     results: Numbers, half: Repeat, mesh: Repeat, ratio: float, finer: bool
 ) -> dict[str, NumericalError]:
-    """Block of summary.json: changes [%] and error, in its own unit, of every result but diagnostics; None if unknown."""
+    """Block of summary.json: changes [%] and error, in its own unit, of results but diagnostics; None if unknown."""
     found, other_mesh = {}, "finer_mesh_pct" if finer else "coarser_mesh_pct"
     for quantity in (q for q in results if q not in diagnostic()):
         value, slow, other = _finite(results[quantity]), half.of(quantity), mesh.of(quantity)

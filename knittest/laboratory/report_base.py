@@ -1,8 +1,7 @@
 """Parts that all reports share, tests and reports by the name of the rig, and the stamp below the pictures of a run."""
 
-import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from inspect import isfunction
 from pathlib import Path
@@ -20,7 +19,6 @@ from knittest.base.result_rows import mean_factor
 from knittest.config.gates import SolverGate, deciding, gates_of, loosened
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
-from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, noted
 from knittest.experiment.origin import assumed_friction, borrowed
 from knittest.experiment.tables import PublishedValue
@@ -161,12 +159,6 @@ class Report(Protocol[RunT]):
     @abstractmethod
     def pictures(self, run: RunT, specimens: list[Specimen], references: References, folder: Path) -> None:
         """Write the pictures."""
-
-
-def unless_one(factors: Iterable[float]) -> tuple[float, ...]:
-    """``factors``; empty where all are 1."""
-    found = tuple(factors)
-    return () if all(math.isclose(factor, 1.0, rel_tol=EXACT) for factor in found) else found
 
 
 class NoSize(Generic[RunT]):

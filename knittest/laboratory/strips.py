@@ -73,7 +73,17 @@ def cut(
     if gripped is not None:
         system, share = gripped
         draws[system] = replace(draws[system], weakest=share + (1.0 - 2.0 * share) * draws[system].weakest)
-    table = _yarn_table(draws)
+    columns: dict[str, list[Any]] = {
+        "system": [[s] * len(d.slack) for s, d in draws.items()],
+        "yarn": [np.arange(1, len(d.slack) + 1) for d in draws.values()],
+        "fracture_strain_pct": [100.0 * d.fracture_strain for d in draws.values()],
+        "slack_pct": [100.0 * d.slack for d in draws.values()],
+        "wave_amplitude_relative": [d.amplitude for d in draws.values()],
+    }
+    if (loop := draws["knit"].loop) is not None:
+        slacks = ((s, d.slack) for s, d in draws.items())
+        columns["loop_length_relative"] = [loop if s == "knit" else np.ones_like(slack) for s, slack in slacks]
+    table = {name: np.concatenate(parts) for name, parts in columns.items()}
     draws |= {s: _slack_as_wave(run, s, draws[s]) for s in AXIS}
     mesh = run.model.meso
     amplitude = {
@@ -95,20 +105,6 @@ def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
         return draws
     wider = np.sqrt(1.0 + draws.slack / crimp)
     return replace(draws, amplitude=draws.amplitude * wider, slack=np.zeros_like(draws.slack))
-
-
-def _yarn_table(draws: dict[str, YarnDraws]) -> dict[str, np.ndarray]:
-    systems = list(draws)
-    columns: dict[str, list[Any]] = {
-        "system": [[s] * len(draws[s].slack) for s in systems],
-        "yarn": [np.arange(1, len(draws[s].slack) + 1) for s in systems],
-        "fracture_strain_pct": [100.0 * draws[s].fracture_strain for s in systems],
-        "slack_pct": [100.0 * draws[s].slack for s in systems],
-        "wave_amplitude_relative": [draws[s].amplitude for s in systems],
-    }
-    if (loop := draws["knit"].loop) is not None:
-        columns["loop_length_relative"] = [loop if s == "knit" else np.ones_like(draws[s].slack) for s in systems]
-    return {name: np.concatenate(parts) for name, parts in columns.items()}
 
 
 def on_needles(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -272,6 +268,13 @@ def crossing_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
     cosine = np.sum(warp[0] * across, axis=2)
     cosine /= np.linalg.norm(warp[0], axis=2) * np.linalg.norm(across, axis=2)
     return np.arcsin(cosine).ravel(), warp[1][..., :2].reshape(-1, 2)
+
+
+def material_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
+    """Shear angle [rad] of each shell or crossing, (n,), and its place in plan [mm], (n, 2)."""
+    if mesh.kind == "shells":
+        return shell_angles(frame), frame.position[mesh.cells].mean(axis=1)[:, :2]
+    return crossing_angles(mesh, frame)
 
 
 def pieces(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:

@@ -34,10 +34,8 @@ def _pulled(r: Recording) -> Pulled:
     origin, (length, width) = r.read(), r.needed(GAUGE, WIDTH)
     part = r.known(STANDARD) if "travel" in r.values and r.is_kind(r.columns["travel"], "standard") else None
     if part is not None and not same(part, length):
-        raise InputError(
-            f"{r.where}: the standard travel has a gauge length of {part:g} mm, the clamps {length:g} mm: keep the "
-            "right one"
-        )
+        both = f"{part:g} mm, the clamps {length:g} mm"
+        raise InputError(f"{r.where}: the standard travel has a gauge length of {both}: keep the right one")
     try:
         strip = BiasStrip(length, width)
     except InputError as error:

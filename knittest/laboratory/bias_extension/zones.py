@@ -54,7 +54,7 @@ SLIPPED = 95.0
 
 
 def zones(points: Array, strip: BiasStrip) -> NDArray[np.int64]:
-    """Number of yarns (0, 1, 2) through each of ``points`` (n, 2) [mm] that a clamp of ``strip`` along y holds, (n,)."""
+    """Number of yarns (0, 1, 2) through each of ``points`` (n, 2) [mm] that a clamp of ``strip`` holds, (n,)."""
     x, y = points[:, 0], points[:, 1]
     held = np.zeros(len(points), np.int64)
     for lean in (1.0, -1.0):

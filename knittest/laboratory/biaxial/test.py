@@ -30,7 +30,10 @@ class BiaxialTest(Rig):
         rig, most = run.rig, max(1.0, run.rig.ratio)
         self.held, self.axis, self.size, self.ratio = held, axis, size, rig.ratio
         self.stop_ratio = rig.stop_force_ratio
-        self.ends_at_break = run.model.scale == "macro" and _other_first(run)
+        fracture = run.fabric.macro.fracture_strain  # shells may fail across the direction first
+        self.ends_at_break = run.model.scale == "macro" and (
+            rig.ratio * fracture.of(rig.direction).value > fracture.of(across(rig.direction)).value
+        )
         rate = run.solver.speed_mm_per_ms / float(size[axis])  # of the system that is strained more
         self.strain, self.cross = (ramp(run.solver.ramp_ms, share * rate / most) for share in (1.0, rig.ratio))
         self.duration = 0.5 * run.solver.ramp_ms + rig.max_strain_fraction / rate
@@ -66,12 +69,6 @@ class BiaxialTest(Rig):
 def across(direction: Direction) -> Direction:
     """The other yarn system."""
     return "weft" if direction == "warp" else "warp"
-
-
-def _other_first(run: BiaxialRun) -> bool:
-    """Tell whether shells fail across the direction before they do along it."""
-    fracture, direction = run.fabric.macro.fracture_strain, run.rig.direction
-    return run.rig.ratio * fracture.of(direction).value > fracture.of(across(direction)).value
 
 
 #: facts of the square: its sides along x and y

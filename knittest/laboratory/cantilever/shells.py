@@ -192,7 +192,7 @@ def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost,
 
 
 def root_curvature(along: Array, turns: Array) -> float:
-    """Curvature [1/mm] at the edge of nodes ``along`` [mm] with turns downwards [rad], (n,), free of transverse shear."""
+    """Curvature [1/mm] at the edge of nodes ``along`` [mm] with turns down [rad], (n,), without transverse shear."""
     place, row = np.unique(np.round(along[along >= -EDGE], 6), return_inverse=True)
     turn = np.bincount(row, turns[along >= -EDGE]) / np.bincount(row)
     middle, curvature = 0.5 * (place[1:] + place[:-1]), np.diff(turn) / np.diff(place)

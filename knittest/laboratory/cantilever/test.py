@@ -58,9 +58,9 @@ class Cantilever(Test[CantileverRun]):
         """Raise :class:`InputError` for an overhang that is neither given nor measured, or longer than the strip."""
         overhang = given_overhang(run)
         if overhang >= run.rig.length:
+            enough = f"use --set rig.length={round(1.2 * overhang)}"
             raise InputError(
-                f"rig.overhang = {overhang:g} mm: must be less than rig.length = {run.rig.length:g} mm; use --set "
-                f"rig.length={round(1.2 * overhang)}"
+                f"rig.overhang = {overhang:g} mm: rig.length = {run.rig.length:g} mm is too short; {enough}"
             )
 
     def prepare(self, run: CantileverRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
@@ -78,8 +78,7 @@ class Cantilever(Test[CantileverRun]):
             longer = _next_overhang(rests, run.rig.plane_angle)
             if longer >= run.rig.length:
                 raise InputError(
-                    f"rig.length = {run.rig.length:g} mm: the strip does not reach the plane at "
-                    f"{run.rig.plane_angle:g} deg; use a longer or a softer one"
+                    f"rig.length = {run.rig.length:g} mm: too short to reach the plane at {run.rig.plane_angle:g} deg"
                 )
             longest = _mount(run, longer)
             observer.phase(

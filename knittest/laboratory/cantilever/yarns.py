@@ -146,7 +146,8 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     observer.overlaps(flat.overlaps)
     curl = -float(flat.settle(SETTLE, _from(observer, 0.0))[ENDS:-ENDS].mean())
     model.restore(fresh)
-    stiffness = _of_inlays(prepared, run)
+    inlay = run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction)
+    stiffness = inlay * len(_tips(prepared, run))
     _bend(prepared, overhang, per_length, stiffness)
     course = _Course(prepared, run, cost, curl)
     moments, before = course.settle(SETTLE, _from(observer, FIRST)), _angle(prepared, run)
@@ -202,10 +203,6 @@ def _turning(present: float, usual: float, curvature: Array, changes: Array) -> 
     if shown > OVERSHOT * present or present > usual:
         return max(STIFFER * shown, usual)
     return present
-
-
-def _of_inlays(prepared: Prepared, run: CantileverRun) -> float:
-    return run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
 
 
 def _mounting(prepared: Prepared) -> Mounting:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from knittest.base.history import Array
-from knittest.laboratory.cell.config import CellRig, CellRun
+from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.records import Ending
 from knittest.models.periodic_model import NUMBERS
 from knittest.models.tool import Table, ramp
@@ -65,39 +65,27 @@ def path_of(run: CellRun, reference: Array) -> CellPath:
     """Path of ``run`` for a cell of the lattice ``reference`` (2, 3) [mm]."""
     rig, s = run.rig, np.linspace(0.0, 1.0, KNOTS + 1)
     flat = np.tile(np.append(reference.ravel(), 0.0), (KNOTS + 1, 1))
-    makers = {"shear": _sheared, "bending": _bent, "steps": _stepped}
-    if rig.path in makers:
-        return makers[rig.path](rig, flat, s)
+    a, b = flat[0, 0], flat[0, 4]
     if rig.path == "compaction":
         return CellPath("approach_mm", 1.0, 1.0, flat)
+    if rig.path == "bending":  # the cell goes to the radius at which it carries no mean force along it
+        flat[:, 6] = rig.max_curvature * s
+        return CellPath("curvature_per_mm", rig.max_curvature, 1.0, flat)
+    if rig.path == "shear":  # pin-jointed yarns: both vectors keep their lengths and turn by half the angle
+        angle = float(np.deg2rad(rig.max_angle))
+        cosine, sine = np.cos(0.5 * angle * s), np.sin(0.5 * angle * s)
+        flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * cosine, a * sine, b * sine, b * cosine
+        return CellPath("shear_angle_deg", angle, 180.0 / np.pi, flat)
+    if rig.path == "steps":  # straight between the rows
+        rows = np.array(rig.steps)
+        xx, xy, yx, yy = (np.interp(s, rows[:, 0], rows[:, k]) for k in range(1, 5))
+        flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * xx, a * yx, b * xy, b * yy
+        return CellPath("path_pct", 1.0, 100.0, flat)
     share = {"warp": (0.0, 1.0), "weft": (1.0, 0.0), "biaxial": (rig.ratio, 1.0)}[rig.path]
     for q, part in zip((0, 4), share, strict=True):
         flat[:, q] *= 1.0 + rig.max_strain_fraction * part / max(share) * s
     other = {"warp": ("ax",), "weft": ("by",)}.get(rig.path, ()) if rig.across == "free" else ()
     return CellPath("strain_pct", rig.max_strain_fraction, 100.0, flat, other)
-
-
-def _sheared(rig: CellRig, flat: Array, s: Array) -> CellPath:
-    """Both vectors keep their lengths and lean by half the angle: pin-jointed yarns."""
-    angle = float(np.deg2rad(rig.max_angle))
-    a, b = flat[0, 0], flat[0, 4]
-    cosine, sine = np.cos(0.5 * angle * s), np.sin(0.5 * angle * s)
-    flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * cosine, a * sine, b * sine, b * cosine
-    return CellPath("shear_angle_deg", angle, 180.0 / np.pi, flat)
-
-
-def _bent(rig: CellRig, flat: Array, s: Array) -> CellPath:
-    """Turn a length; the cell goes to the radius at which it carries no mean force along it."""
-    flat[:, 6] = rig.max_curvature * s
-    return CellPath("curvature_per_mm", rig.max_curvature, 1.0, flat)
-
-
-def _stepped(rig: CellRig, flat: Array, s: Array) -> CellPath:
-    rows = np.array(rig.steps)
-    xx, xy, yx, yy = (np.interp(s, rows[:, 0], rows[:, k]) for k in range(1, 5))
-    a, b = flat[0, 0], flat[0, 4]
-    flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * xx, a * yx, b * xy, b * yy
-    return CellPath("path_pct", 1.0, 100.0, flat)
 
 
 def timed(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:

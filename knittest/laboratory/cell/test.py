@@ -170,13 +170,6 @@ def row_of(model: PeriodicModel) -> dict[str, float]:
     return row | {"thickness_mm": high - low}
 
 
-def split(record: list[dict[str, float]]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Columns of the energies, and of the contacts, in ``record``."""
-    columns = {name: np.array([row[name] for row in record]) for name in record[0]}
-    energies = {name: values for name, values in columns.items() if name.endswith("_mj")}
-    return energies, {name: values for name, values in columns.items() if name not in energies}
-
-
 class Cell(FabricTest[CellRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
@@ -217,7 +210,10 @@ class Cell(FabricTest[CellRun]):
     def finish(self, run: CellRun, prepared: Prepared, history: History) -> History:
         """Add energies by mechanism and crossings."""
         assert isinstance(prepared.mount, CellTest)
-        energies, contacts = split(prepared.mount.model.record[: len(history.energies["time_ms"])])
+        record = prepared.mount.model.record[: len(history.energies["time_ms"])]
+        columns = {name: np.array([row[name] for row in record]) for name in record[0]}
+        energies = {name: values for name, values in columns.items() if name.endswith("_mj")}
+        contacts = {name: values for name, values in columns.items() if name not in energies}
         return replace(history, energies=history.energies | energies, contacts=history.contacts | contacts)
 
     def results(self, run: CellRun, prepared: Prepared, history: History) -> dict[str, float]:

@@ -8,13 +8,7 @@ from knittest.base.history import Body, Specimen
 from knittest.export.line_picture import Band, Level, Line
 from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.compaction.config import CompactionRun
-from knittest.laboratory.compaction.test import (
-    SUNK_TOLERANCE,
-    UNEVEN_TOLERANCE,
-    plate_centres,
-    plate_lengths,
-    pressed_size,
-)
+from knittest.laboratory.compaction.test import SUNK_TOLERANCE, UNEVEN_TOLERANCE, plates, whole_pitches
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, loading
 from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, References, title_of
 from knittest.laboratory.strips import offsets, two_plates
@@ -52,7 +46,7 @@ class CompactionReport(NoSize[CompactionRun], FabricReport[CompactionRun]):
         history, facts = specimen.history, specimen.facts
         faces = facts["lower_plate_mm"], facts["upper_plate_mm"]
         moved = [offsets(history, {2: "compaction_mm"}, way) for way in (0.5, -0.5)]
-        return two_plates(plate_centres(history.frames[0].position, faces), plate_lengths(pressed_size(run)), moved)
+        return two_plates(*plates(history.frames[0].position, faces, whole_pitches(run)[1]), moved)
 
     def draw_curve(self, run: CompactionRun, specimens: list[Specimen], references: References, path: Path) -> None:
         """Draw pressure over thickness with the fitted law and the fabric file's thickness."""

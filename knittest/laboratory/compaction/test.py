@@ -60,13 +60,12 @@ class CompactionTest(Rig):
         position = boundary.model.position()
         boundary.radius[:] = self.radius
         boundary.move(self.rim, ("x", "y"))
-        speeds = self.closing.value
-        for centre, side in zip(plate_centres(position, self.faces), (-1.0, 1.0), strict=True):
-            tool = plate(centre, plate_lengths(self.size), EDGE)
+        centres, lengths = plates(position, self.faces, self.size)
+        for centre, side in zip(centres, (-1.0, 1.0), strict=True):
+            tool = plate(centre, lengths, EDGE)
             tool.stiffness = self.stiffness
-            boundary.move_tool(
-                boundary.add_tool(tool), "z", Table(self.closing.time, tuple(-0.5 * side * v for v in speeds))
-            )
+            speed = Table(self.closing.time, tuple(-0.5 * side * v for v in self.closing.value))
+            boundary.move_tool(boundary.add_tool(tool), "z", speed)
 
     def ring_time(self, wave_speed: float) -> float:
         """Time [ms] a wave needs through the thickness."""
@@ -91,18 +90,18 @@ class CompactionTest(Rig):
         return force >= self.most
 
 
-def plate_lengths(size: Array) -> Array:
-    """Lengths (3,) [mm] of a plate with its rounded edges, of a nominal ``size`` (2,) [mm]."""
-    return np.append(size + 2.0 * EDGE, THICKNESS)
-
-
-def plate_centres(position: Array, faces: tuple[float, float]) -> Array:
-    """Centres (2, 3) [mm] of plates with ``faces`` (lower, upper) [mm] on the middle of a piece of nodes at
-    ``position`` (n, 3).
-    """
+def plates(position: Array, faces: tuple[float, float], size: Array) -> tuple[Array, Array]:
+    """Centres (2, 3) and lengths (3,) [mm] of plates of ``size`` with ``faces`` on the middle of nodes (n, 3)."""
     centres = np.tile(0.5 * (position.min(axis=0) + position.max(axis=0)), (2, 1))
     centres[:, 2] = [faces[0] - 0.5 * THICKNESS, faces[1] + 0.5 * THICKNESS]
-    return centres
+    return centres, np.append(size + 2.0 * EDGE, THICKNESS)
+
+
+def whole_pitches(run: CompactionRun) -> tuple[Array, Array]:
+    """Whole pitches and size [mm] of the square between the plates, (2,) each: along the weft and along the warp."""
+    pitches = np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
+    pressed = np.maximum(np.round(run.rig.side_mm / pitches), 2.0)
+    return pressed, pressed * pitches
 
 
 def plate_stiffness(safety: float) -> float:
@@ -139,12 +138,12 @@ class Compaction(FabricTest[CompactionRun]):
 
     def mount_yarns(self, run: CompactionRun, specimen: int, observer: Observer) -> Prepared:
         """Make the piece of whole pitches, with the plates a little off its faces."""
-        pitches, pressed = _pitches(run), _pressed(run)
-        whole = (pressed + 2.0 * AROUND) * pitches
+        pressed, size = whole_pitches(run)
+        whole = (pressed + 2.0 * AROUND) * np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
         n_wales, n_courses = (int(n) + 2 * AROUND for n in pressed)
         piece = cut(run, n_wales, n_courses, specimen, observer)
         model = build_meso(run, centred(piece.paths, whole), piece.draws, run.rig.membrane_share)
-        position, size = model.position(), pressed * pitches
+        position = model.position()
         radius = touching_radius(position, model.mesh.cells, model.group.radius)
         under = (np.abs(position[:, :2]) <= 0.5 * size).all(axis=1)
         z = position[:, 2]
@@ -207,7 +206,7 @@ class Compaction(FabricTest[CompactionRun]):
 
 
 def uneven(history: History, least: float) -> float:
-    """Largest difference of the plates' forces over their mean [%] from ``least`` [kPa] on, of means over 0.2 decades."""
+    """Largest difference of the plates' forces over their mean [%] from ``least`` [kPa] on, by 0.2 decades."""
     curve = history.curve
     pressed = curve["pressure_kpa"] >= least
     if not pressed.any():
@@ -222,17 +221,3 @@ def sunk(history: History) -> float:
     """Deepest penetration of both plates over their travel [%]."""
     deepest = 1e-3 * float(history.contacts["tool_penetration_max_um"].max())
     return 200.0 * deepest / max(float(history.curve["compaction_mm"][-1]), 1e-9)
-
-
-def pressed_size(run: CompactionRun) -> np.ndarray:
-    """Size (2,) [mm] of the square between the plates, in whole pitches."""
-    return np.asarray(_pressed(run) * _pitches(run))
-
-
-def _pressed(run: CompactionRun) -> np.ndarray:
-    """Whole pitches (2,) along both sides of the square."""
-    return np.asarray(np.maximum(np.round(run.rig.side_mm / _pitches(run)), 2.0))
-
-
-def _pitches(run: CompactionRun) -> np.ndarray:
-    return np.array([run.fabric.wale_spacing, run.fabric.course_spacing])

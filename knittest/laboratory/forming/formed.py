@@ -23,7 +23,7 @@ STEP = 0.01
 
 @dataclass(frozen=True)
 class Formed:
-    """Points of the mid-surface, (n, 3) [mm]; ``height`` (n,) above stamp or die (``on_die``), nan between the tools."""
+    """Points of the mid-surface, (n, 3) [mm]; ``height`` (n,) above stamp or die (``on_die``), nan between them."""
 
     start: Array
     now: Array
@@ -81,16 +81,18 @@ class RimWaves:
 
 
 def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
-    """Waves of the rim of a blank at ``start`` (n, 2), in order round it, risen by ``rise`` (n,), from ``least`` [mm]
-    on.
-    """
+    """Waves, from ``least`` [mm] on, of the rim of a blank at ``start`` (n, 2), in order, risen by ``rise`` (n,)."""
     from scipy.signal import find_peaks
 
     size = np.abs(start).max()
     x, y = start.T / size
     surface = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
     over = rise - surface @ np.linalg.lstsq(surface, rise, rcond=None)[0]
-    height = _mean(start, over)
+    steps = np.linalg.norm(np.diff(start, axis=0, append=start[:1]), axis=1)
+    way, length = np.append(0.0, np.cumsum(steps[:-1])), float(steps.sum())
+    apart = np.abs(way[:, None] - way)
+    near = np.minimum(apart, length - apart) <= 0.5 * WINDOW
+    height = near @ over / near.sum(axis=1)
     # the rim is closed: begin and end in its deepest trough
     low = int(np.argmin(height))
     profile = np.append(np.roll(height, -low), height[low])
@@ -100,15 +102,6 @@ def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
     troughs = np.minimum.reduceat(profile, np.append(0, crests))
     over = profile[crests] - np.maximum(troughs[:-1], troughs[1:])
     return RimWaves(height, float(over.max()), len(crests))
-
-
-def _mean(start: Array, value: Array) -> Array:
-    """Mean of ``value`` (n,) over :data:`WINDOW` along the closed rim."""
-    steps = np.linalg.norm(np.diff(start, axis=0, append=start[:1]), axis=1)
-    way, length = np.append(0.0, np.cumsum(steps[:-1])), float(steps.sum())
-    apart = np.abs(way[:, None] - way)
-    near = np.minimum(apart, length - apart) <= 0.5 * WINDOW
-    return np.asarray(near @ value / near.sum(axis=1))
 
 
 Table = dict[str, Array]
@@ -246,8 +239,13 @@ def yarn_forces(run: Run, mesh: Mesh, frames: Sequence[Frame]) -> Table:
     """Rows of yarns, the most loaded first: largest tension [N], over its strength [%], place and travel [mm]."""
     yarns = _of_shells(run, mesh, frames[0]) if mesh.kind == "shells" else _of_beams(mesh)
     strength = strengths(run)
-    forces = {s: np.array([_force(run, mesh, frame, s) for frame in frames]) for s in {y[0] for y in yarns}}
-    rows = []
+    forces, rows = {}, []
+    for system in {yarn[0] for yarn in yarns}:
+        if mesh.kind == "beams":
+            forces[system] = np.array([frame.fields["axial_force"] for frame in frames])
+        else:
+            density = run.fabric.density_per_mm.of(system)
+            forces[system] = np.array([frame.fields[f"force_{system}"] / density for frame in frames])
     for system, number, cells in yarns:
         force = forces[system][:, cells]
         when, where = np.unravel_index(int(np.argmax(force)), force.shape)
@@ -257,12 +255,6 @@ def yarn_forces(run: Run, mesh: Mesh, frames: Sequence[Frame]) -> Table:
     rows.sort(key=lambda row: -row[3])
     names = ("system", "yarn", "force_n", "utilisation_pct", "x_mm", "y_mm", "z_mm", "stamp_travel_mm")
     return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
-
-
-def _force(run: Run, mesh: Mesh, frame: Frame, system: str) -> Array:
-    if mesh.kind == "beams":
-        return frame.fields["axial_force"]
-    return np.asarray(frame.fields[f"force_{system}"] / run.fabric.density_per_mm.of(system))
 
 
 def _of_beams(mesh: Mesh) -> list[tuple[str, int, NDArray[np.int64]]]:

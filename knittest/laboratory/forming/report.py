@@ -1,15 +1,14 @@
 """Report of a forming test: forces over the stroke, shear angles, wrinkles, draw-in, yarn forces."""
 
 from collections.abc import Callable
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
 
-from knittest.base.history import Array, Body, Frame, History, Specimen
+from knittest.base.history import Array, Body, Specimen
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.forming.config import FormingRun
-from knittest.laboratory.forming.formed import MECHANISMS, DrawIn, Formed, draw_in, stamp_work, yarn_forces
+from knittest.laboratory.forming.formed import MECHANISMS, Formed, draw_in, stamp_work, yarn_forces
 from knittest.laboratory.forming.pictures import Field, Outlines, outline_picture, plan_picture, tilted_picture
 from knittest.laboratory.forming.test import WRINKLED, allowed_depth, drawn, shear_field
 from knittest.laboratory.forming.tool_check import moved_tools, tools_of
@@ -65,7 +64,13 @@ class FormingReport(NoSize[FormingRun], FabricReport[FormingRun]):
         """Draw deformed.png, shear-angle.png, wrinkles.png, draw-in.png, yarn-forces.png and stamp-work.png."""
         history, surface, title = specimen.history, _surface(run, specimen), title_of(run)
         last, results, outlines = history.frames[-1], specimen.results, _outlines(run, specimen)
-        _deformed(run, history, last, folder / "deformed.png")
+        value, label = np.abs(np.rad2deg(last.fields.get("shear_angle", 0.0))), "shear angle, without its sign [deg]"
+        if history.mesh.kind == "beams":
+            value, label = np.maximum(last.fields["axial_force"], 0.0), "tension of the yarn [N]"
+        tilted_picture(
+            folder / "deformed.png", history.mesh, last, value, title=f"{title}, formed {last.coordinate:.0f} mm",
+            label=label, top=float(np.percentile(value, SHOWN)),
+        )  # fmt: skip
         angle, place = shear_field(history.mesh, last)
         cells = last.position[history.mesh.cells][:, :, :2] if history.mesh.kind == "shells" else None
         plan_picture(
@@ -86,7 +91,8 @@ class FormingReport(NoSize[FormingRun], FabricReport[FormingRun]):
         )  # fmt: skip
         edge = draw_in(history.mesh, history.frames[0], last)
         outline_picture(
-            folder / "draw-in.png", _lines(edge), outlines, title=title,
+            folder / "draw-in.png", [edge.now[edge.side == k] for k in dict.fromkeys(edge.side.tolist())], outlines,
+            title=title,
             note=f"largest {edge.drawn.max():.1f} mm; middle of the sides: {results['draw_in_warp_mm']:.1f} mm where "
             f"warps end, {results['draw_in_weft_mm']:.1f} mm where wefts do",
         )  # fmt: skip
@@ -108,17 +114,6 @@ class FormingReport(NoSize[FormingRun], FabricReport[FormingRun]):
 
 def _surface(run: FormingRun, specimen: Specimen) -> Formed:
     return drawn(run, specimen.facts, specimen.history, specimen.history.frames[-1])
-
-
-def _deformed(run: FormingRun, history: History, last: Frame, path: Path) -> None:
-    if history.mesh.kind == "shells":
-        value, label = np.abs(np.rad2deg(last.fields["shear_angle"])), "shear angle, without its sign [deg]"
-    else:
-        value, label = np.maximum(last.fields["axial_force"], 0.0), "tension of the yarn [N]"
-    tilted_picture(
-        path, history.mesh, last, value, title=f"{title_of(run)}, drawn {last.coordinate:.0f} mm", label=label,
-        top=float(np.percentile(value, SHOWN)),
-    )  # fmt: skip
 
 
 def _outlines(run: FormingRun, specimen: Specimen) -> Outlines:
@@ -145,10 +140,6 @@ def _section(distance: Callable[[Array], Array], height: float, half: Array) -> 
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, height)])
     lines: list[Array] = list(contour_generator(x, y, distance(points).reshape(x.shape)).lines(0.0))  # type: ignore[arg-type]
     return max(lines, key=len, default=np.zeros((0, 2)))
-
-
-def _lines(edge: DrawIn) -> list[Array]:
-    return [np.array([edge.now[k] for k in rows]) for _, rows in groupby(range(len(edge.side)), lambda k: edge.side[k])]
 
 
 def _smooth(force: Array) -> Array:

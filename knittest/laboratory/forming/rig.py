@@ -88,7 +88,7 @@ class FormingTest(Rig):
 
 
 def _stroke(begin: float, speed: float, rise: float, depth: float) -> tuple[Table, float]:
-    """Velocity of the stamp [mm/ms] over time [ms] from ``begin`` on, slower for a small ``depth`` [mm], and its stop."""
+    """Velocity of the stamp [mm/ms] over time [ms] from ``begin`` on, slower for a small ``depth``, and its stop."""
     speed = min(speed, depth / rise) if rise > 0.0 else speed
     up = ramp(rise, -speed)
     stop = begin + rise + depth / speed
@@ -116,17 +116,14 @@ def in_plane_bending(run: FormingRun) -> str:
     return "use --set rig.in_plane_bending=true"
 
 
-def above(mesh: Mesh, frame: Frame) -> Array:
-    """Distance [mm] of the warp above the weft along their common normal at every crossing, (n_warp, n_weft)."""
-    (warp, at_warp), (weft, at_weft) = (pieces(mesh, frame, system) for system in ("warp", "weft"))
-    across, at = weft.transpose(1, 0, 2), at_weft.transpose(1, 0, 2)
-    normal = np.cross(across, warp)
-    return np.asarray(np.sum((at_warp - at) * normal, axis=2) / np.linalg.norm(normal, axis=2))
-
-
-def out_of_order(mesh: Mesh, first: Frame, last: Frame) -> int:
-    """Count the crossings whose warp has changed its side of the weft between two frames."""
-    return int(np.count_nonzero(above(mesh, first) * above(mesh, last) < 0.0))
+def out_of_order(mesh: Mesh, *frames: Frame) -> int:
+    """Count the crossings whose warp has changed its side of the weft between two ``frames``."""
+    heights = []
+    for frame in frames:
+        (warp, at_warp), (weft, at_weft) = (pieces(mesh, frame, system) for system in ("warp", "weft"))
+        normal = np.cross(weft.transpose(1, 0, 2), warp)
+        heights.append(np.sum((at_warp - at_weft.transpose(1, 0, 2)) * normal, axis=2))
+    return int(np.count_nonzero(heights[0] * heights[1] < 0.0))
 
 
 def less_damping(run: FormingRun, share: float) -> Setting | str:

@@ -8,12 +8,12 @@ from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame, History, Mesh, Quality
 from knittest.laboratory.base import Prepared, fabric_laminate
 from knittest.laboratory.fabric_test import FabricTest
-from knittest.laboratory.forming.config import FormingRig, FormingRun
+from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.formed import DIRECTIONS, Formed, draw_in, formed, rim_waves, yarn_forces
 from knittest.laboratory.forming.rig import FormingTest, free_yarns, out_of_order
 from knittest.laboratory.forming.tool_check import fitting_tools, tools_of
 from knittest.laboratory.judging import assess
-from knittest.laboratory.strips import crossing_angles, cut, shell_angles, unevenness, weights
+from knittest.laboratory.strips import cut, material_angles, unevenness, weights
 from knittest.materials.laminate import softened_at_most
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_sheet, rectangle, self_contact
@@ -37,9 +37,15 @@ class Forming(FabricTest[FormingRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     def prepare(self, run: FormingRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """Make the blank flat on the die, the stamp on it."""
+        """Make the blank flat on the die, the stamp on it; raises :class:`InputError` for a holder too light."""
         prepared = super().prepare(run, specimen, observer)
-        _check_holder(run.rig, float(prepared.model.mass.sum()))
+        blank, holder = float(prepared.model.mass.sum()), run.rig.holder
+        mass = blank if holder.mass_g is None else holder.mass_g
+        if run.rig.blank_holder_force > 0.0 and mass < LIGHTEST * blank:
+            raise InputError(
+                f"rig.holder.mass = {holder.mass:g} kg is too small for the time step: give at least {LIGHTEST:g} of "
+                f"the blank's {1e-3 * blank:.3g} kg, or remove it"
+            )
         return prepared
 
     def mount_shells(self, run: FormingRun, specimen: int) -> Prepared:
@@ -130,16 +136,6 @@ def dragged(run: FormingRun, prepared: Prepared) -> float:
     return drag / held if held > 0.0 else np.inf if drag > 0.0 else 0.0
 
 
-def _check_holder(rig: FormingRig, blank: float) -> None:
-    """Raise :class:`InputError` for a holder too light for its contacts with a ``blank`` [g] at the step of the run."""
-    mass = blank if rig.holder.mass_g is None else rig.holder.mass_g
-    if rig.blank_holder_force > 0.0 and mass < LIGHTEST * blank:
-        raise InputError(
-            f"rig.holder.mass = {rig.holder.mass:g} kg is too small for the time step: give at least {LIGHTEST:g} of "
-            f"the blank's {1e-3 * blank:.3g} kg, or remove it"
-        )
-
-
 def allowed_depth(run: FormingRun) -> float:
     """Largest allowed penetration of a tool [um]."""
     fabric = run.fabric
@@ -156,10 +152,8 @@ def drawn(run: FormingRun, facts: dict[str, float], history: History, frame: Fra
 
 
 def shear_field(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
-    """Shear angle [deg] of each shell or crossing, (n,), positive where warp and weft close up; its place, (n, 2) [mm]."""
-    if mesh.kind == "shells":
-        return np.rad2deg(shell_angles(frame)), frame.position[mesh.cells].mean(axis=1)[:, :2]
-    angle, place = crossing_angles(mesh, frame)
+    """Shear angle [deg] of each shell or crossing, (n,), positive where yarns close up; its place, (n, 2) [mm]."""
+    angle, place = material_angles(mesh, frame)
     return np.rad2deg(angle), place
 
 

@@ -30,7 +30,7 @@ UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1
 
 @dataclass(frozen=True)
 class Rubbed(Origin):
-    """Travel [mm] and pull force [N] of one strip, (n,); ``sizes``: normal force [N], length and width [mm] of plates."""
+    """Travel [mm] and pull force [N] of a strip, (n,); ``sizes``: normal force [N], length and width [mm] of plates."""
 
     travel: Array
     force: Array

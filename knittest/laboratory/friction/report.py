@@ -14,14 +14,7 @@ from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, left_out, with_note
 from knittest.export.line_picture import Level
 from knittest.laboratory.friction.config import FrictionRun
-from knittest.laboratory.friction.rig import (
-    KINETIC_SHARE,
-    PLATES,
-    plate_centres,
-    plate_lengths,
-    pressure_map,
-    pull_axis,
-)
+from knittest.laboratory.friction.rig import KINETIC_SHARE, PLATES, plates, pressure_map, pull_axis
 from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
 from knittest.laboratory.given_data import imported_corridor
 from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, title_of
@@ -71,18 +64,6 @@ def pressure_picture(
     save(figure, path)
 
 
-def _of_a_face(row: PublishedValue) -> PublishedValue:
-    return with_note(replace(row, quantity="mu_per_face", mean=0.5 * row.mean, sd=0.5 * row.sd), "half of F_R/F_N")
-
-
-def _under(row: PublishedValue, normal: float) -> PublishedValue:
-    tested = row.conditions.normal_force_n or normal
-    if same(tested, normal):
-        return row
-    scaled = replace(row, mean=row.mean * normal / tested, sd=row.sd * normal / tested)
-    return with_note(scaled, f"under {normal:g} instead of {tested:g} N")
-
-
 class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
@@ -92,13 +73,21 @@ class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
     placed_by = ("lower_face_mm", "upper_face_mm")
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Pull forces under the normal force of the run, by Coulomb's law; half of F_R/F_N for a missing mu_per_face."""
-        found = [row for row in rows if not row.quantity.startswith("pull_force")]
-        names = {row.quantity for row in rows}
-        if "mu_per_face" not in names:
-            found += [_of_a_face(row) for row in rows if row.quantity == "mu_paper"]
-        pulled = [row for row in rows if row.quantity.startswith("pull_force")]
-        return [_under(row, run.rig.normal_force_n) for row in pulled if row.conditions.normal_force_n] + found
+        """Pull forces under the run's normal force, by Coulomb's law; half of F_R/F_N for a missing mu_per_face."""
+        found, forces, normal = [], [], run.rig.normal_force_n
+        for row in rows:
+            tested = row.conditions.normal_force_n
+            if not row.quantity.startswith("pull_force"):
+                found.append(row)
+            elif tested and same(tested, normal):
+                forces.append(row)
+            elif tested:
+                scaled = replace(row, mean=row.mean * normal / tested, sd=row.sd * normal / tested)
+                forces.append(with_note(scaled, f"under {normal:g} instead of {tested:g} N"))
+        if "mu_per_face" not in {row.quantity for row in rows}:
+            halves = [replace(row, mean=0.5 * row.mean, sd=0.5 * row.sd) for row in rows if row.quantity == "mu_paper"]
+            found += [with_note(replace(row, quantity="mu_per_face"), "half of F_R/F_N") for row in halves]
+        return forces + found
 
     def apart(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[str]:
         """Pull forces of a table that states no normal force."""
@@ -153,10 +142,10 @@ class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
         """Both plates, of which the upper one is free along z."""
         history, axis = specimen.history, pull_axis(run)
         faces = specimen.facts["lower_face_mm"], specimen.facts["upper_face_mm"]
-        centres = plate_centres(run.rig, axis, history.frames[0].position, faces)
+        centres, lengths = plates(run.rig, axis, history.frames[0].position, faces)
         lower = offsets(history, {axis: "displacement_mm"}, -1.0)
         upper = lower + offsets(history, {2: "plate_travel_mm"})
-        return two_plates(centres, plate_lengths(run.rig, axis), (lower, upper))
+        return two_plates(centres, lengths, (lower, upper))
 
     def draw_specimen(self, run: FrictionRun, specimen: Specimen, folder: Path) -> None:
         """Draw pressure.png."""

@@ -12,7 +12,7 @@ from knittest.base.history import Array, History, Mesh
 from knittest.laboratory.friction.config import FrictionRig, FrictionRun
 from knittest.laboratory.strips import AXIS, creeping
 from knittest.models.boundary import Boundary, Readings
-from knittest.models.tool import Table, plate, ramp
+from knittest.models.tool import plate, ramp
 from knittest.solve.state import Rig
 
 #: time over which the normal force is applied and over which it then settles [ms]
@@ -35,7 +35,8 @@ class FrictionTest(Rig):
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius
         speed = run.solver.speed_mm_per_ms
-        self.pull = _pull(speed, run.solver.ramp_ms)
+        full = PRESSED + 0.5 * run.solver.ramp_ms + CREEP / (CREEP_SHARE * speed)
+        self.pull = creeping(-speed, CREEP_SHARE, run.solver.ramp_ms, PRESSED, full)
         end = self.pull.time[-1]
         kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.travel_mm
         self.averaged_from = end + max(kinetic_from + self.pull.integral(end), 0.0) / speed
@@ -50,8 +51,8 @@ class FrictionTest(Rig):
         # gripped is the last tenth of what lies outside the plates
         grip = 0.1 * (float(np.ptp(along)) - self.rig.plate_length_mm)
         boundary.grip(np.flatnonzero(along >= along.max() - grip), "xyz"[self.axis])
-        lengths = plate_lengths(self.rig, self.axis)
-        for centre, side in zip(plate_centres(self.rig, self.axis, position, self.faces), (-1.0, 1.0), strict=True):
+        centres, lengths = plates(self.rig, self.axis, position, self.faces)
+        for centre, side in zip(centres, (-1.0, 1.0), strict=True):
             tool = plate(centre, lengths, EDGE)
             tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
             tool.motion[self.axis] = pull
@@ -81,26 +82,14 @@ def pull_axis(run: FrictionRun) -> int:
     return AXIS[run.rig.direction] if run.model.scale == "meso" else 1
 
 
-def plate_lengths(rig: FrictionRig, axis: int) -> Array:
-    """Lengths (3,) [mm] of a plate with its rounded edges."""
-    lengths = np.full(3, THICKNESS)
-    lengths[axis] = rig.plate_length_mm + 2.0 * EDGE
-    lengths[1 - axis] = rig.plate_width_mm + 2.0 * EDGE
-    return lengths
-
-
-def plate_centres(rig: FrictionRig, axis: int, position: Array, faces: tuple[float, float]) -> Array:
-    """Centres (2, 3) [mm] of plates with ``faces`` [mm] on a strip of nodes (n, 3), from the end that is not pulled."""
+def plates(rig: FrictionRig, axis: int, position: Array, faces: tuple[float, float]) -> tuple[Array, Array]:
+    """Centres (2, 3) and lengths (3,) [mm] of plates with ``faces`` on a strip of nodes (n, 3), from its free end."""
     low, high = position.min(axis=0), position.max(axis=0)
-    centres = np.tile(0.5 * (low + high), (2, 1))
+    centres, lengths = np.tile(0.5 * (low + high), (2, 1)), np.full(3, THICKNESS)
     centres[:, axis] = low[axis] + 0.5 * rig.plate_length_mm
     centres[:, 2] = [faces[0] - 0.5 * THICKNESS, faces[1] + 0.5 * THICKNESS]
-    return centres
-
-
-def _pull(speed: float, ramp_time: float) -> Table:
-    """Velocity of the plates [mm/ms] over time [ms]: at rest, creeping, at full speed, each after a smooth ramp."""
-    return creeping(-speed, CREEP_SHARE, ramp_time, PRESSED, PRESSED + 0.5 * ramp_time + CREEP / (CREEP_SHARE * speed))
+    lengths[[axis, 1 - axis]] = rig.plate_length_mm + 2.0 * EDGE, rig.plate_width_mm + 2.0 * EDGE
+    return centres, lengths
 
 
 #: tools of the friction rig, in their order: the lower plate lies on the technical back, the upper on the face

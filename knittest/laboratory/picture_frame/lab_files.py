@@ -220,7 +220,7 @@ def _results(frames: Sequence[Frame]) -> Results:
 
 
 def shear_law(band: Corridor) -> tuple[Array, Array]:
-    """Law of the mean: angles [deg] and conjugate force S [N/mm], (n,), from (0, 0), not falling (isotonic regression)."""
+    """Law of the mean: angles [deg] and conjugate force S [N/mm], (n,), from (0, 0), by isotonic regression."""
     from scipy.optimize import isotonic_regression
 
     angle = band.strain

@@ -8,12 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.history import Body, Specimen
+from knittest.base.history import Array, Body, Specimen
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, normalised
 from knittest.experiment.tables import PublishedValue, friction_curves, left_out, with_factors, with_note
 from knittest.export.line_picture import Band, Line, Span
 from knittest.export.yarn_pictures import PULLED, faces_picture
+from knittest.laboratory.base import unless_one
 from knittest.laboratory.given_data import matched_corridor
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.lab_files import LAST, LOSS, ROWS_OF_A_RUN, SAME_TURN, WORK
@@ -24,23 +25,12 @@ from knittest.laboratory.picture_frame.test import (
     MAPPED,
     fabric_side,
     frame_at,
-    material_angles,
     material_scatter,
     measure_wrinkles,
 )
 from knittest.laboratory.records import Study
-from knittest.laboratory.report_base import (
-    Columns,
-    CurveAxes,
-    FabricReport,
-    References,
-    same_test,
-    scatter,
-    size_of,
-    title_of,
-    unless_one,
-)
-from knittest.laboratory.strips import angle_table, crossing_angles
+from knittest.laboratory.report_base import CurveAxes, FabricReport, References, same_test, scatter, size_of, title_of
+from knittest.laboratory.strips import angle_table, material_angles
 from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
 
 
@@ -116,7 +106,7 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
         (words,) = size_of(run)
         return run.rig.side**2 / run.rig.outer_side, words
 
-    def size_free(self, run: PictureFrameRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+    def size_free(self, run: PictureFrameRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, dict[str, Array]]:
         """The normalised force."""
         return replace(self.axes, y=NORMALISED, ylabel=NORMALISED_LABEL), dict(columns)
 
@@ -124,7 +114,7 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
         """Corridor of the fabric's own frames, normalised."""
         return matched_corridor(run)
 
-    def tables(self, run: PictureFrameRun, specimens: list[Specimen]) -> dict[str, Columns]:
+    def tables(self, run: PictureFrameRun, specimens: list[Specimen]) -> dict[str, dict[str, Array]]:
         """shear-angle.csv of the first specimen."""
         return {"shear-angle.csv": angle_table(material_scatter(specimens[0].history))}
 
@@ -143,12 +133,13 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
         sides = run.rig.outer_side, fabric_side(run)
         shape = FrameShape(max(sides), (1.0 - run.rig.mounting_slack_fraction) * sides[1], frame.coordinate)
         height_picture(folder / "wrinkles.png", found.x, found.y, found.height, title=title, note=note, shape=shape)
+        angle, places = material_angles(history.mesh, frame)
         if history.mesh.kind == "beams":
-            places, path = crossing_angles(history.mesh, frame)[1], folder / "deformed.png"
+            path = folder / "deformed.png"
             faces_picture(path, history.mesh, frame, title=title, note=f"frame {at}", axes_labels=PULLED)
         else:
             places = frame.position[history.mesh.cells][:, :, :2]
-        difference = np.rad2deg(material_angles(history.mesh, frame)) - frame.coordinate
+        difference = np.rad2deg(angle) - frame.coordinate
         table = angle_table(material_scatter(history))
         shear_picture(folder / "shear-angle.png", table, places, difference, title=title, shape=shape)
 

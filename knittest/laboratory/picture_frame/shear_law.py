@@ -58,7 +58,14 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
         raise InputError(
             f"{run}: {given.rig.kind}, {given.model.scale}; expected a picture frame of yarns (picture-frame, meso)"
         )
-    _check_passed(run)
+    summary = run / "summary.json"
+    if not summary.is_file():
+        raise InputError(f"{run}: no summary.json; expected a finished run: continue with knittest resume {run}")
+    if failures := json.loads(summary.read_text(encoding="utf-8"))["refused"]:
+        raise InputError(
+            f"{run}: quality checks failed ({'; '.join(failures)}), so its force is no law; change the run as advised, "
+            "or end it before that angle (--set rig.max_angle=)"
+        )
     curve = pd.read_csv(path, comment="#")
     missing = [c for c in (FRAME_ANGLE, NORMALISED) if c not in curve]
     if missing:
@@ -69,28 +76,8 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
         raise InputError(
             f"{path}: the frame was sheared to {curve[FRAME_ANGLE].max():g} deg; expected at least {least:g} deg"
         )
-    rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
-    head = "".join(f"# {line}\n" for line in _header(given)) + f"{ANGLE},shear_force_n_per_mm\n"
-    make_folder(out.parent)
-    with replacing(out) as temporary:
-        temporary.write_text(head + rows, encoding="utf-8")
-    return angle, force
-
-
-def _check_passed(run: Path) -> None:
-    summary = run / "summary.json"
-    if not summary.is_file():
-        raise InputError(f"{run}: no summary.json; expected a finished run: continue with knittest resume {run}")
-    if refused := json.loads(summary.read_text(encoding="utf-8"))["refused"]:
-        raise InputError(
-            f"{run}: quality checks failed ({'; '.join(refused)}), so its force is no law; change the run as advised, "
-            "or end it before that angle (--set rig.max_angle=)"
-        )
-
-
-def _header(given: PictureFrameRun) -> list[str]:
     rig, fabric = given.rig, given.fabric
-    return [
+    head = [
         "kind: simulated",
         f"fabric: {fabric.name}",
         f"source: picture frame of yarns, {fabric.name} ({given.parameters}), {rig.side:g} mm",
@@ -98,6 +85,12 @@ def _header(given: PictureFrameRun) -> list[str]:
         f"mean over {STEP:g} deg; conjugate to the shear angle, per reference area",
         f"preset {given.model.preset}, rig.side={rig.side:g}, rig.max_angle={rig.max_angle:g}",
     ]
+    rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
+    text = "".join(f"# {line}\n" for line in head) + f"{ANGLE},shear_force_n_per_mm\n" + rows
+    make_folder(out.parent)
+    with replacing(out) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return angle, force
 
 
 def hangs_on(fabric: Fabric) -> dict[str, Quantity]:

@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
-from knittest.base.history import Array, Frame, History, Mesh, Quality
+from knittest.base.history import Array, Frame, History, Quality
 from knittest.fabric.strip import turned
 from knittest.laboratory.after_rest import row_check
 from knittest.laboratory.base import Prepared, sheet_model
@@ -20,10 +20,9 @@ from knittest.laboratory.strips import (
     AngleScatter,
     angle_scatter,
     centred,
-    crossing_angles,
     cut,
+    material_angles,
     on_needles,
-    shell_angles,
     unevenness,
 )
 from knittest.materials.trellis import NORMALISED
@@ -51,8 +50,15 @@ class Wrinkles:
 
 def measure_wrinkles(frame: Frame, history: History, side: float) -> Wrinkles:
     """Wrinkles of ``frame``; the reinforcing yarns are the mid-surface of a meso model."""
-    start, points, values = _surface(frame, history)
-    inside = np.abs(_square(start)).max(axis=1) < (0.5 - MARGIN) * side
+    from scipy.signal import find_peaks
+
+    mesh, first, points = history.mesh, history.frames[0].position, frame.position
+    start, values = first, points[:, 2] - 0.0
+    if mesh.kind == "beams":
+        nodes = np.unique(mesh.cells[np.isin(mesh.part, [mesh.part_names.index(name) for name in ("warp", "weft")])])
+        start, points, values = first[nodes], points[nodes], points[nodes, 2] - first[nodes, 2]
+    along_sides = np.column_stack([start[:, 0] + start[:, 1], start[:, 1] - start[:, 0]]) / np.sqrt(2.0)
+    inside = np.abs(along_sides).max(axis=1) < (0.5 - MARGIN) * side
     height = LinearNDInterpolator(points[:, :2], values)
     span = np.abs(points[inside, :2]).max(axis=0)
     x, y = np.meshgrid(np.linspace(-span[0], span[0], CELLS), np.linspace(-span[1], span[1], CELLS))
@@ -61,29 +67,11 @@ def measure_wrinkles(frame: Frame, history: History, side: float) -> Wrinkles:
     mapped = np.where(shape, height(x, y), np.nan)
     amplitude = 0.5 * float(np.nanmax(mapped) - np.nanmin(mapped))
     profile = height(np.linspace(-span[0], span[0], 4 * CELLS), np.zeros(4 * CELLS))
-    return Wrinkles(x, y, mapped, amplitude, _crests(profile[np.isfinite(profile)], amplitude))
-
-
-def _surface(frame: Frame, history: History) -> tuple[Array, Array, Array]:
-    """Start and present positions of the points of the mid-surface, and their height."""
-    mesh, first = history.mesh, history.frames[0].position
-    if mesh.kind == "shells":
-        return first, frame.position, frame.position[:, 2] - 0.0
-    nodes = np.unique(mesh.cells[np.isin(mesh.part, [mesh.part_names.index(name) for name in ("warp", "weft")])])
-    return first[nodes], frame.position[nodes], frame.position[nodes, 2] - first[nodes, 2]
-
-
-def _square(points: Array) -> Array:
-    """Coordinates along the sides of the square whose diagonals lie along x and y."""
-    return np.column_stack([points[:, 0] + points[:, 1], points[:, 1] - points[:, 0]]) / np.sqrt(2.0)
-
-
-def _crests(profile: Array, amplitude: float) -> int:
-    from scipy.signal import find_peaks
-
-    if not amplitude > 0.0:
-        return 0
-    return len(find_peaks(np.pad(profile, 1, mode="minimum"), prominence=PROMINENCE * amplitude)[0])
+    crests: Array = np.zeros(0)
+    if amplitude > 0.0:
+        within = np.pad(profile[np.isfinite(profile)], 1, mode="minimum")
+        crests = find_peaks(within, prominence=PROMINENCE * amplitude)[0]
+    return Wrinkles(x, y, mapped, amplitude, len(crests))
 
 
 # Cycles of a picture frame: work of loading, loss, and residual angle. For a shear law S = s gamma with a share f of
@@ -93,7 +81,7 @@ def _crests(profile: Array, amplitude: float) -> int:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Work of loading and loss [mJ], ``share`` [%], ``residual`` angle without force [deg] or nan, begin and end [ms]."""
+    """Work of loading and loss [mJ], ``share`` [%], ``residual`` angle without force [deg], begin and end [ms]."""
 
     work: float
     loss: float
@@ -207,7 +195,17 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         onset = _reached([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.thickness_mm)
         found = forces_at(history, run.rig.max_angle)
         if history.curve["frame_shear_angle_deg"].max() >= MAPPED:
-            found |= _mapped(history, run.rig.side_mm)
+            frame = frame_at(history, MAPPED)
+            wrinkles, angles = (
+                measure_wrinkles(frame, history, run.rig.side_mm),
+                material_angles(history.mesh, frame)[0],
+            )
+            found |= {
+                "material_shear_angle_deg_at_40deg": angle_scatter(angles).mean,
+                "material_shear_angle_sd_deg_at_40deg": angle_scatter(angles).sd,
+                "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
+                "wrinkle_count_at_40deg": float(wrinkles.count),
+            }
         found |= cycle_results(history.curve, history.energies, run.rig.cycles)
         return found | {"wrinkle_onset_deg": onset}
 
@@ -268,23 +266,7 @@ def forces_at(history: History, most: float) -> dict[str, float]:
 
 def material_scatter(history: History) -> list[tuple[float, AngleScatter]]:
     """Angle of the frame [deg] and scatter of the material's angle, in each frame of the first loading."""
-    return [(f.coordinate, angle_scatter(material_angles(history.mesh, f))) for f in first_loading(history)]
-
-
-def material_angles(mesh: Mesh, frame: Frame) -> Array:
-    """Shear angle [rad] of each shell or crossing, (n,)."""
-    return shell_angles(frame) if mesh.kind == "shells" else crossing_angles(mesh, frame)[0]
-
-
-def _mapped(history: History, side: float) -> dict[str, float]:
-    frame = frame_at(history, MAPPED)
-    wrinkles, scatter = measure_wrinkles(frame, history, side), angle_scatter(material_angles(history.mesh, frame))
-    return {
-        "material_shear_angle_deg_at_40deg": scatter.mean,
-        "material_shear_angle_sd_deg_at_40deg": scatter.sd,
-        "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
-        "wrinkle_count_at_40deg": float(wrinkles.count),
-    }
+    return [(f.coordinate, angle_scatter(material_angles(history.mesh, f)[0])) for f in first_loading(history)]
 
 
 def first_loading(history: History) -> list[Frame]:

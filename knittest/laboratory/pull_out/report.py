@@ -15,11 +15,12 @@ from knittest.experiment.lab_conditions import SERIES
 from knittest.experiment.tables import PublishedValue, left_out, with_factors, with_note
 from knittest.export.line_picture import Line
 from knittest.export.yarn_pictures import faces_picture
+from knittest.laboratory.base import unless_one
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.lab_files import AT_REST, EACH, EACH_AT_REST, EDGES, MEAN, PEAK, TAIL, WORDS
 from knittest.laboratory.pull_out.sliding import SLIDES
 from knittest.laboratory.pull_out.test import CLAMPS, UNBALANCED, clamps
-from knittest.laboratory.report_base import CurveAxes, FabricReport, Gate, NoSize, References, title_of, unless_one
+from knittest.laboratory.report_base import CurveAxes, FabricReport, Gate, NoSize, References, title_of
 from knittest.laboratory.strips import AXIS, pitch
 
 #: forces that grow with the embedded length

@@ -18,18 +18,9 @@ from knittest.experiment.origin import borrowed
 from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, factor_note, for_width, with_factors
 from knittest.export import line_picture, yarn_pictures
-from knittest.laboratory.base import tension_curve
+from knittest.laboratory.base import tension_curve, unless_one
 from knittest.laboratory.given_data import marked
-from knittest.laboratory.report_base import (
-    Columns,
-    CurveAxes,
-    FabricReport,
-    Gate,
-    References,
-    same_test,
-    title_of,
-    unless_one,
-)
+from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, References, same_test, title_of
 from knittest.laboratory.strips import STRIP_JAWS, carrying_width, strip_jaws, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.tensile.test import UNRESOLVED, pull_axis
@@ -126,25 +117,22 @@ class TensileReport(FabricReport[TensileRun]):
 
     def draw_curve(self, run: TensileRun, specimens: list[Specimen], references: References, path: Path) -> None:
         """Draw the force of the real strip, with the published end point."""
-        by_name = {row.quantity: row for row in references.rows}
-        end_point = None
-        if {"peak_force_n", "fracture_strain_pct"} <= set(by_name):
-            force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
-            end_point = line_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
+        rows = {row.quantity: row for row in references.rows}
+        end_point, peak, strain = None, rows.get("peak_force_n"), rows.get("fracture_strain_pct")
+        if peak and strain:
+            end_point = line_picture.EndPoint(strain.mean, strain.sd, peak.mean, peak.sd, peak.table)
         shown = [line_picture.Reference(c.x, c.mean, c.kind, c.source) for c in references.curves]
-        whole = [_of_the_width(run, s, k) for k, s in enumerate(specimens)]
+        whole = []
+        for k, specimen in enumerate(specimens):
+            history, width = specimen.history, carrying_width(run, run.rig.direction, k)
+            force = history.curve["force_n"] * (run.rig.width_mm / width)
+            whole.append(replace(specimen, history=replace(history, curve=history.curve | {"force_n": force})))
         meso = run.model.scale == "meso"
         line_picture.curve_picture(
             path, [s.history.curve for s in whole], title=title_of(run), references=shown, end_point=end_point,
             corridor=_shown(whole) if len(whole) > 1 else None,
             yarns=(_in_the_width(run), _yarns(run), run.rig.direction) if meso else None,
         )  # fmt: skip
-
-
-def _of_the_width(run: TensileRun, specimen: Specimen, number: int) -> Specimen:
-    history = specimen.history
-    force = history.curve["force_n"] * (run.rig.width_mm / carrying_width(run, run.rig.direction, number))
-    return replace(specimen, history=replace(history, curve=history.curve | {"force_n": force}))
 
 
 def _yarns(run: TensileRun) -> str:

@@ -110,17 +110,6 @@ def unresolved_peak(curve: Mapping[str, Array], passage: float) -> float:
     return rate * max(SAMPLES * sample, 0.5 * passage) / float(force[peak])
 
 
-def tensile_results(curve: Mapping[str, Array], n_yarns: int) -> dict[str, float]:
-    """Peak force [N], strain at it [%] (fracture strain after ISO 13934-1), and force per yarn [N] of ``n_yarns``."""
-    peak = int(np.argmax(curve["force_n"]))
-    force = float(curve["force_n"][peak])
-    return {
-        "peak_force_n": force,
-        "fracture_strain_pct": float(curve["strain_pct"][peak]),
-        "force_per_yarn_n": force / n_yarns,
-    }
-
-
 #: largest uncertainty in time [%] of the peak force of a macro model; a warning above half of it
 UNRESOLVED = 4.0
 #: pitches inside each clamp of a meso model: enough to grip every yarn
@@ -158,8 +147,14 @@ class Tensile(FabricTest[TensileRun]):
 
     def results(self, run: TensileRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Peak force, also per width, fracture strain, force per yarn; of shells the peak's uncertainty in time."""
-        found = tensile_results(history.curve, int(prepared.facts["yarns_across"]))
-        found["peak_force_n_per_mm"] = found["peak_force_n"] / prepared.facts["width_mm"]
+        peak, facts = int(np.argmax(history.curve["force_n"])), prepared.facts
+        force = float(history.curve["force_n"][peak])
+        found = {
+            "peak_force_n": force,
+            "fracture_strain_pct": float(history.curve["strain_pct"][peak]),
+            "force_per_yarn_n": force / int(facts["yarns_across"]),
+            "peak_force_n_per_mm": force / facts["width_mm"],
+        }
         if run.model.scale == "macro":
             passage = prepared.rig.ring_time(prepared.model.wave_speed)
             found["peak_time_error_pct"] = 100.0 * unresolved_peak(history.curve, passage)
