@@ -87,11 +87,7 @@ def row_check(
     least: float,
     judged: Callable[[Simulation, dict[str, Array]], dict[str, Array]] = lambda state, energies: energies,
 ) -> Callable[[Simulation], None]:
-    """Make the check of the newest row, as :func:`check_speed`, from the value ``least`` of the curve's ``column`` on.
-
-    ``judged`` returns the energies to check, of those of a row; work that it leaves out is left out of the largest,
-    too.
-    """
+    """Make the check of the newest row from ``least`` of the curve's ``column`` on; ``judged`` leaves out energies."""
 
     def check(state: Simulation) -> None:
         if not restarts or state.rows[-1][column] < least:

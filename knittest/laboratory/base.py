@@ -122,11 +122,7 @@ class Holder(ABC):
 
 @dataclass(frozen=True)
 class Prepared:
-    """A model with its rig, or with a holder.
-
-    ``yarns``: table of the yarns; ``facts``: numbers that results need; ``notes``: what the model leaves out.
-    ``restarts``: energy ratios that may restart the test at a lower speed (:mod:`knittest.laboratory.after_rest`).
-    """
+    """A model with its rig or holder, ``yarns``, ``facts`` for results, ``notes``, and ratios for ``restarts``."""
 
     model: ExplicitModel
     mount: Rig | Holder
@@ -187,11 +183,7 @@ class Test(Protocol[RunT]):
 
 
 def fabric_laminate(run: Run) -> Laminate:
-    """Laminate of the run's fabric with its tension curves.
-
-    Raises :class:`InputError` for an incomplete card, mass scaling, and a curve that :func:`refuse_blunders` or
-    :func:`refuse_too_strong` rejects.
-    """
+    """Laminate of the run's fabric with its tension curves; raises :class:`InputError` for an unfit card."""
     if missing := run.fabric.macro.missing:
         raise InputError(
             f"fabric {run.fabric.name}: missing macro.{', macro.'.join(missing)}; knittest homogenise --from cell "
@@ -217,10 +209,7 @@ def sheet_model(
 
 
 def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
-    """Force per width [N/mm] over strain that the macro model takes as input along ``direction``.
-
-    Raises :class:`InputError` for another direction or test, and for the force of a strip of unknown width.
-    """
+    """Force per width [N/mm] over strain along ``direction``, an input; raises :class:`InputError` for other data."""
     given = fabric.macro.tension[direction]
     if not isinstance(given, str):
         strain, force = (np.array(column) for column in zip(*given.points, strict=True))

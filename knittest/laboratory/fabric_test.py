@@ -8,7 +8,18 @@ from knittest.base.history import History, Quality
 from knittest.laboratory.base import Prepared, RunT, Test
 from knittest.laboratory.judging import Span, assess
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SILENT, Observer, Simulation, SimulationCost
+from knittest.solve.state import SILENT, Observer, Rig, Simulation, SimulationCost
+
+
+class TestRig(Rig):
+    """A rig whose specimen has a length ``ring_length`` [mm] that waves travel."""
+
+    __test__ = False  # nor one of pytest's
+    ring_length: float
+
+    def ring_time(self, wave_speed: float) -> float:
+        """Time [ms] a wave needs along the specimen."""
+        return self.ring_length / wave_speed
 
 
 class FabricTest(Test[RunT]):

@@ -97,11 +97,7 @@ def marked(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str
 
 
 def tuned_as(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str]) -> str:
-    """Reason to call ``curve`` tuned: parameters of ``run`` were fitted to it, or chosen by it; empty if none is known.
-
-    Rows of tables are in the curves of the fabric's experiment. A curve is recorded by its file name alone, so each
-    curve of that direction may be meant.
-    """
+    """Reason to call ``curve`` tuned: parameters of ``run`` were fitted to it or its rows, or may be; else empty."""
     scale, fabric = run.model.scale, run.fabric
     labels = dict.fromkeys(
         label for quantity in quantities for label in tuning_labels(fabric, scale, run.direction, quantity)

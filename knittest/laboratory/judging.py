@@ -84,11 +84,10 @@ RULES: dict[str, Rule] = {
 
 
 def advised(run: Run, key: str, value: float, limit: float, rest: Rest | None = None) -> str:
-    """Setting that would reduce the quality check ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%].
+    """Setting that would reduce the check ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%]; empty if
+    unknown.
 
-    A meso run gets the field alone, as the rules were not verified there. Empty where no setting of the run decides, or
-    the value is not finite. Where loops at ``rest`` would snap, speed and step do not decide: the advice is that of
-    ``rest``.
+    A meso run gets the field alone, as rules were not verified there. For loops that snap it is the advice of ``rest``.
     """
     if rest is not None and rest.advice and key in OF_SNAPPING:
         return rest.advice
@@ -186,11 +185,7 @@ def _more_rows(run: Run, prepared: Prepared, history: History, cost: SimulationC
 
 
 def losses(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
-    """Damping and contact damping over the work, hourglass over the internal energy [-], (n_rows,).
-
-    Work and internal energy are the largest so far, as a frame that turns gives some of both back. Energy that was
-    given to contacts detected late counts as contact damping.
-    """
+    """Damping and contact damping over the largest work, hourglass over the largest internal energy, (n_rows,)."""
     work = np.maximum.accumulate(np.abs(energies["external_mj"]))
     internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
     contacts = energies["contact_damping_mj"] + energies.get("contact_recovery_mj", 0.0)

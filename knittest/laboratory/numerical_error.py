@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 from knittest.base.errors import InputError
 from knittest.base.kinds import Parts, kinds
@@ -78,8 +78,8 @@ def numerical_errors(
     found, other_mesh = {}, "finer_mesh_pct" if finer else "coarser_mesh_pct"
     for quantity in (q for q in results if q not in diagnostic()):
         value, slow, other = _finite(results[quantity]), half.of(quantity), mesh.of(quantity)
-        row = NumericalError(half_speed_pct=_percent(value, slow), error=None)
-        row[other_mesh] = _percent(value, other)  # type: ignore[literal-required]
+        changes = {"half_speed_pct": _percent(value, slow), other_mesh: _percent(value, other), "error": None}
+        row = cast(NumericalError, changes)
         if value is not None and slow is not None and other is not None:
             row["error"] = HALF_FACTOR * abs(slow - value) + mesh_factor(ratio, finer) * abs(other - value)
         elif value is None:

@@ -124,9 +124,7 @@ class Report(Protocol[RunT]):
 
     @abstractmethod
     def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
-        """Scale ``curve`` of the same test to the size of ``run``, with a note; raises :class:`InputError` if it
-        cannot.
-        """
+        """Scale ``curve`` of the same test to the size of ``run``; raises :class:`InputError` if it cannot."""
 
     @abstractmethod
     def size(self, run: RunT) -> tuple[float, str]:
@@ -197,11 +195,6 @@ def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
     return curve
 
 
-def reference_lines(references: References) -> list[Line]:
-    """Lines of the curves to compare with."""
-    return [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
-
-
 class FabricReport(Report[RunT]):
     """Report with the pictures that most tests have: curve.png, energies.png and those of the specimen."""
 
@@ -218,8 +211,7 @@ class FabricReport(Report[RunT]):
 
     def draw_curve(self, run: RunT, specimens: list[Specimen], references: References, path: Path) -> None:
         """Draw the curves of all specimens and the references."""
-        lines = self.simulated(specimens, self.axes.y)
-        self.draw_lines(run, lines, references, path)
+        self.draw_lines(run, self.simulated(specimens, self.axes.y), references, path)
 
     def draw_specimen(self, run: RunT, specimen: Specimen, folder: Path) -> None:
         """Draw deformed.png and other pictures of the specimen."""
@@ -235,7 +227,8 @@ class FabricReport(Report[RunT]):
             "title": title_of(run), "xlabel": self.axes.xlabel, "ylabel": self.axes.ylabel, "levels": self.levels(run),
             "bands": scatter(references.curves),
         }  # fmt: skip
-        line_picture.line_picture(path, [*lines, *reference_lines(references)], **usual | texts)
+        own = [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
+        line_picture.line_picture(path, [*lines, *own], **usual | texts)
 
 
 def title_of(run: Run) -> str:
@@ -260,10 +253,7 @@ def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Calla
 
 
 def _made(kind: TestKind, part: str, protocol: type) -> Any:
-    """Instance of ``part`` of ``kind``, with the defaults of its ``protocol``.
-
-    Raises :class:`InputError` where a part of the protocol without a default is missing.
-    """
+    """Instance of ``part`` of ``kind`` with defaults of its ``protocol``; raises :class:`InputError` if incomplete."""
     maker, made = kind.load(part), None
     missing = {*getattr(maker, "__abstractmethods__", ())}  # of one that inherits the protocol, which cannot be made
     if not missing:

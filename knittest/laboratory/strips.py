@@ -63,9 +63,7 @@ def cut(
     observer: Observer = SILENT,
     gripped: tuple[Direction, float] | None = None,
 ) -> YarnStrip:
-    """Yarn paths of ``n_wales`` by ``n_courses`` cells; ``gripped``: a system held over a share of its length at both
-    ends.
-    """
+    """Yarn paths of ``n_wales`` by ``n_courses`` cells; ``gripped``: a system and its held share at both ends."""
     observer.phase("generating the yarns")  # the cell was relaxed, and announced, before the folder was opened
     cell = relaxed_cell(run.fabric)
     counts = {"warp": n_wales, "weft": n_courses, "knit": n_courses}
@@ -96,10 +94,7 @@ def cut(
 
 
 def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
-    """Add the slack of wavy yarns to their wave, as length that straightens first; straight yarns keep it in their law.
-
-    A law without force up to the slack makes a yarn a row of loose links, which rattle when pulled.
-    """
+    """Add slack of wavy yarns to their wave: a law without force makes a yarn a row of loose, rattling links."""
     crimp = run.fabric.reinforcing.crimp_fraction.of(system)
     if crimp <= 0.0:
         return draws
@@ -165,9 +160,7 @@ def plate_block(name: str, centre: Array, lengths: Array, offset: Array) -> Body
 def jaw(
     name: str, history: History, axis: int, face: tuple[float, float], offset: Array, *, aside: float = AROUND
 ) -> Body:
-    """Jaw on the specimen beyond ``face``: its place along ``axis`` [mm] and direction; ``aside`` its share beyond the
-    edges.
-    """
+    """Jaw beyond ``face``: its place along ``axis`` [mm] and direction; moved by ``offset``; ``aside`` its margin."""
     place, way = face
     first, radius = history.frames[0].position, float(history.mesh.radius.max())
     low, high = first.min(axis=0) - radius, first.max(axis=0) + radius
@@ -191,9 +184,7 @@ def strip_jaws(specimen: Specimen, axis: int) -> list[Body]:
 
 
 def creeping(speed: float, share: float, ramp_time: float, start: float, full: float) -> Table:
-    """Velocity [mm/ms] over time [ms]: 0 until ``start``, then a ``share`` of ``speed``, all from ``full`` on, by
-    ramps.
-    """
+    """Velocity [mm/ms] over time [ms]: 0 until ``start``, a ``share`` of ``speed``, all of it from ``full`` on."""
     slow, faster = ramp(ramp_time, share * speed), ramp(ramp_time, (1.0 - share) * speed)
     time = (0.0, *(start + t for t in slow.time), *(full + t for t in faster.time))
     return Table(time, (0.0, *slow.value, *(slow.value[-1] + v for v in faster.value)))
@@ -206,16 +197,9 @@ def two_plates(centres: Array, lengths: Array, offsets: Sequence[Array]) -> list
 
 
 def clamp_forces(readings: Readings) -> dict[str, float]:
-    """Force of a strip [N] between a fixed and a moving clamp: the mean of both, and each.
-
-    After a break the moving clamp still feels what the fixed one has lost, by the inertia between them.
-    """
+    """Mean force [N] of both clamps, and each: after a break the moving one still feels inertia."""
     fixed, moving = readings.reaction[:2]
-    return {
-        "force_n": 0.5 * float(moving - fixed),
-        "force_moving_n": float(moving),
-        "force_fixed_n": -float(fixed),
-    }
+    return {"force_n": 0.5 * float(moving - fixed), "force_moving_n": float(moving), "force_fixed_n": -float(fixed)}
 
 
 def offsets(history: History, columns: Mapping[int, str], way: float = 1.0) -> Array:
@@ -254,10 +238,7 @@ def angle_scatter(angle: Array) -> AngleScatter:
 
 
 def shell_angles(frame: Frame) -> Array:
-    """Shear angle [rad] of each shell of a picture frame, (n_el,), positive where the frame's is.
-
-    Warp and weft lie at +-45 deg to the pulled diagonal, which closes the angle between warp and minus weft.
-    """
+    """Shear angle [rad] of each shell, (n_el,), positive as the frame's, which closes warp and minus weft."""
     return -frame.fields["shear_angle"]
 
 

@@ -91,7 +91,7 @@ def test_a_curve_that_begins_later_is_normalised_as_if_level_before():
 
 
 def test_a_short_strip_has_no_middle():
-    with pytest.raises(InputError, match="180 mm long and 100 mm wide: expected at least 2 times its width"):
+    with pytest.raises(InputError, match="180 mm long and 100 mm wide: expected at least 2 times the width"):
         BiasStrip(180.0, 100.0)
     with pytest.raises(ValidationError, match="twice the width, 200 mm"):
         BiasExtensionRig(gauge_length=180.0, width=100.0)

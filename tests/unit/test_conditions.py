@@ -176,7 +176,7 @@ def test_options_state_what_a_file_leaves_open_and_contradict_nothing(tmp_path):
     path = curve_file(tmp_path / "c.csv", "")
     (curve,) = own_curves(tensile(25.0), [path], Conditions(strip_width_mm=100.0, gauge_length_mm=100.0))
     assert curve.mean[-1] == pytest.approx(1600.0)
-    assert "for 25 instead of 100 mm" in curve.note and "taken as warp" in curve.note
+    assert "for 25 instead of 100 mm" in curve.note and "no direction, warp is assumed" in curve.note
     assert "200 instead of 100 mm between the clamps; strain is relative" in curve.note
     stated = curve_file(tmp_path / "c.csv", "# kind: measured\n# strip_width_mm: 50\n")
     with pytest.raises(InputError, match=r"c\.csv: its header says strip_width_mm: 50.0, --width says 100"):
@@ -263,7 +263,7 @@ def test_a_pull_force_is_compared_under_its_own_normal_force(tmp_path):
     assert curve.mean.tolist() == [0.0, 300.0, 300.0]
     for given, says in (
         (Conditions(), "an unknown normal force"),
-        (Conditions(normal_force_n=1000.0), "1000 N, the run"),
+        (Conditions(normal_force_n=1000.0), "1000 N, in the run"),
     ):
         with pytest.raises(InputError, match=says):
             own_curves(run, [path], given)

@@ -62,7 +62,7 @@ def test_cycles_end_where_they_began_and_stand_alone():
     rig = PictureFrameTest(run, np.zeros(0, np.int64), 100.0)
     assert np.interp(rig.duration, rig.shear.time, rig.shear.value) == 0.0  # at rest, as it began
     assert np.rad2deg(rig.angle(rig.duration)) == pytest.approx(0.0, abs=1e-9)
-    with pytest.raises(InputError, match=r"leave out turns, or cycles"):
+    with pytest.raises(InputError, match=r"cannot be combined with cycles"):
         resolve(variant="1", test="picture-frame", sets=["rig.turns=[20, 5]", "rig.cycles=1"])
 
 

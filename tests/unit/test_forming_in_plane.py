@@ -73,7 +73,7 @@ def test_a_blank_whose_yarns_do_not_bend_in_the_plane_says_so_before_and_after_t
 def test_yarns_bend_by_themselves_and_a_fabric_without_yarns_is_told_where_to_look():
     assert free_yarns(blank(scale="meso")) == ()
     (note,) = free_yarns(blank(variant="cao2008-weave"))
-    assert "describes no inlays" in note and "fabric.macro.in_plane_bending.warp" in note
+    assert "has no inlays" in note and "fabric.macro.in_plane_bending.warp" in note
 
 
 @pytest.mark.parametrize(("value", "verdict"), [("4.2", "agrees"), ("15.0", "differs"), ("0.28", "differs")])

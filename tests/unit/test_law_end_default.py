@@ -20,7 +20,7 @@ def frame(*sets: str, test: str = "picture-frame", **more: Any) -> Any:
 def test_a_run_without_an_end_takes_that_of_its_law(test: str) -> None:
     run, said = ends_with_its_law(frame(test=test))
     assert run.rig.max_angle == 33.3  # type: ignore[attr-defined]
-    assert said == "rig.max_angle = 33.3 deg, where macro.shear ends, instead of the usual 45 deg"
+    assert said == "rig.max_angle = 33.3 deg instead of the default 45 deg, because macro.shear ends there"
     prepare(run)
 
 

@@ -149,7 +149,7 @@ def test_a_command_for_both_directions_is_refused_before_the_first_has_run(mine,
     out = Path("runs/bent")
     bent = ["cantilever", "--variant", "mine", "--scale", "macro", "--preset", "quick", "--set", "rig.length=160"]
     assert run([*bent, "--out", str(out)]) == 2
-    assert "rig.overhang = 166 mm: longer than the strip" in capsys.readouterr().err and not out.exists()
+    assert "rig.overhang = 166 mm: rig.length = 160 mm is too short" in capsys.readouterr().err and not out.exists()
     wide = ["friction", "--variant", "mine", "--scale", "macro", "--preset", "quick", "--set", "rig.width=60"]
     assert run([*wide, "--out", str(out)]) == 2
-    assert "smaller than the strip" in capsys.readouterr().err and not out.exists()
+    assert "expected at least rig.width = 60 mm" in capsys.readouterr().err and not out.exists()

@@ -79,7 +79,7 @@ def test_a_frame_says_its_angle():
 
 def test_a_travel_that_needs_a_longer_strip_says_how_long():
     run = resolve(test="friction", variant="1", scale="macro", direction="warp", sets=["rig.travel=60"])
-    with pytest.raises(InputError, match=r"pulled end sticks out; --set rig\.length=250 leaves enough"):
+    with pytest.raises(InputError, match=r"outside the plates; use --set rig\.length=250"):
         Friction().prepare(run)
 
 
@@ -106,9 +106,7 @@ def test_a_curve_that_no_fibres_of_the_area_mass_can_carry_is_refused() -> None:
         )
 
     refuse_too_strong(fabric, {"warp": curve(3590.0)})
-    words = (
-        r"macro\.tension\.weft \(mine\.csv\): 3610 N/mm at area_mass = 600 g/m2, expected at most 3600 N/mm, 6 N/tex"
-    )
+    words = r"macro\.tension\.weft \(mine\.csv\): 3610 N/mm at area_mass = 600 g/m2 .*6 N/tex: 3600 N/mm"
     with pytest.raises(InputError, match=words):
         refuse_too_strong(fabric, {"warp": curve(116.0), "weft": curve(3610.0)})
 
@@ -117,5 +115,5 @@ def test_shells_are_not_made_of_such_a_curve(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "strip.csv").write_text("strain_pct,force_n_per_mm\n0,0\n0.8,1500\n1.7,5820\n")
     run = resolve(variant="1", scale="macro", sets=["fabric.macro.tension.warp=strip.csv"])
-    with pytest.raises(InputError, match=r"5820 N/mm at area_mass = 824\.2 g/m2, .* the force of a whole strip\?"):
+    with pytest.raises(InputError, match=r"5820 N/mm at area_mass = 824\.2 g/m2, .* the force of a whole strip"):
         fabric_laminate(run)

@@ -27,7 +27,7 @@ def test_a_mount_that_only_holds_is_no_rig() -> None:
     """Nothing moves: no time passes, and nobody can simulate it by mistake."""
     held = Prepared(None, Mounting(np.zeros((2, 3)), np.zeros(2)))  # type: ignore[arg-type]
     assert held.duration == 0.0
-    with pytest.raises(TypeError, match="Mounting only holds the model"):
+    with pytest.raises(TypeError, match="Mounting is a holder"):
         _ = held.rig
     assert not {"finished", "channels", "duration", "ring_time"} & set(dir(held.mount))
 

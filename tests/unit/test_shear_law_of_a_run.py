@@ -81,7 +81,7 @@ def test_the_file_names_patches_and_draw_in_where_the_fabric_states_them(tmp_pat
 
 def test_a_frame_that_its_gates_refused_is_no_law(tmp_path):
     run = run_folder(tmp_path, lambda a: 1e-3 * a, refused=["energy error 7 % > 5 %"], scale="meso")
-    with pytest.raises(InputError, match=r"refused by its gates \(energy error 7 % > 5 %\)"):
+    with pytest.raises(InputError, match=r"quality checks failed \(energy error 7 % > 5 %\)"):
         write_law(run, tmp_path / "law.csv")
     (run / "summary.json").unlink()
     with pytest.raises(InputError, match="expected a finished run: go on with it by knittest resume"):

@@ -52,8 +52,7 @@ WIDTH = {"quick": 30.0, "standard": 50.0, "paper": 80.0}
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     """Settings of ``preset`` at ``scale``.
 
-    The start must be slow: normalisation carries its force on to twice, four and eight times the angle. A meso strip
-    starts at the speed that the softest loops bear, and gets faster (:mod:`knittest.laboratory.bias_extension.test`).
+    The start is slow, as normalisation carries its force on to twice, four and eight times the angle; yarns get faster.
     """
     model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
     if scale == "macro":

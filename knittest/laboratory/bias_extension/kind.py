@@ -37,10 +37,7 @@ KIND = TestKind(
     tables=("zones.csv",),
     presets="knittest.laboratory.bias_extension.config:settings",
     sizes=("gauge_length", "width"),
-    deciding={
-        "macro": ("macro.shear",),
-        "meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS),
-    },
+    deciding={"macro": ("macro.shear",), "meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS)},
     hinges={"membrane_share": -1},
     sheared_to="rig.max_angle",
     studied=True,
@@ -51,7 +48,7 @@ KIND = TestKind(
             Regressed(7, "quick", "macro", "quick", SHEETS),
             Regressed(4, "full", "meso", "quick", (("2", None),)),
             Regressed(8, "full", "macro", "standard", (("1", None),)),
-        ),
+        )
     ),
     laboratory="knittest.laboratory.bias_extension.lab_files:LAB",
 )

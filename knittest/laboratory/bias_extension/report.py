@@ -40,10 +40,7 @@ class BiasExtensionReport(FabricReport[BiasExtensionRun]):
         return list(rows)
 
     def matched(self, run: BiasExtensionRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """Normalise ``curve`` by the size of its strip or picture frame.
-
-        Raises :class:`InputError` for another test, and for a force [N] of a strip of unknown size.
-        """
+        """Normalise ``curve`` by its strip or frame; raises :class:`InputError` for another test or unknown size."""
         tested = curve.conditions
         if tested.frame_side_mm and tested.fabric_side_mm:
             return noted(of_frame(curve), "of a picture frame, which shears the whole fabric alike")

@@ -94,11 +94,7 @@ class BiasStrip:
         return np.asarray(2.0 * (shear * whole + 0.5 * half * partly) / (self.middle * _lever(angle)))
 
     def conjugate(self, force: Array, angle: Array) -> Array:
-        """S [N/mm] of the clamp's force [N] at ``angle`` [rad], rising, (n,) each.
-
-        S(gamma) depends on S(gamma / 2), interpolated between two smaller angles: a triangular system. From 0 to the
-        first angle the force is that at the first.
-        """
+        """S [N/mm] of the clamp's force [N] at ``angle`` [rad], rising, (n,): S(gamma) depends on S(gamma / 2)."""
         from scipy.sparse import csr_array
         from scipy.sparse.linalg import spsolve_triangular
 
@@ -143,9 +139,8 @@ def pin_jointed_force(run: Run, strip: BiasStrip, angle: Array) -> Array:
     return strip.force(shear(angle), shear(0.5 * angle), angle)
 
 
-# Shells of a strip on the bias: squares whose sides lie along the yarns, three kites in each triangle at an edge.
-#
-# So the lines between the zones of the test are sides of shells, and pin-jointed yarns strain none of them.
+# Shells of a strip on the bias are squares along the yarns, three kites in each triangle at an edge: lines between the
+# zones are sides of shells, and pin-jointed yarns strain none of them.
 
 #: corners of a diamond and of the triangles at the four edges about its place, in half diagonals
 _SOUTH, _EAST, _NORTH, _WEST = (0, -1), (1, 0), (0, 1), (-1, 0)
@@ -223,9 +218,7 @@ def _at(frame: Frame, nodes: Index) -> Array:
 
 @dataclass(frozen=True)
 class YarnsOnTheBias:
-    """Pieces of yarn in strip and jaws, in the order of the chains, cut from ``piece`` of ``n_wales`` by ``n_courses``
-    cells.
-    """
+    """Pieces of yarn in strip and jaws, in the order of the chains, cut from ``piece`` of whole cells."""
 
     piece: YarnStrip
     paths: list[CutPath]

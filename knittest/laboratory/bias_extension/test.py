@@ -13,7 +13,7 @@ from knittest.laboratory.base import Prepared, sheet_model
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh, jaw_length, strip_of, yarns_on_the_bias
 from knittest.laboratory.bias_extension.zones import material_of, zone_table
-from knittest.laboratory.fabric_test import FabricTest
+from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.judging import Span
 from knittest.laboratory.law_end import refuse_beyond_law
 from knittest.laboratory.strips import clamp_forces, unevenness
@@ -21,7 +21,7 @@ from knittest.materials.trellis import ANGLE, NORMALISED
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.meso import build_meso
 from knittest.models.tool import Table, ramp
-from knittest.solve.state import Observer, Rig, Simulation
+from knittest.solve.state import Observer, Simulation
 
 Index = NDArray[np.int64]
 
@@ -35,13 +35,14 @@ ANGLES = (10.0, 20.0, 30.0, 40.0)
 FASTEST, KNOTS = 4.0, 200
 
 
-class BiasExtensionTest(Rig):
+class BiasExtensionTest(TestRig):
     """Pull the nodes ``moving`` along y from those ``fixed`` up to the largest angle in the middle of ``strip``."""
 
     coordinate, force = "shear_angle_deg", "force_n"
 
     def __init__(self, run: BiasExtensionRun, strip: BiasStrip, fixed: Index, moving: Index) -> None:
         self.strip, self.fixed, self.moving = strip, fixed, moving
+        self.ring_length = float(np.sqrt(2.0)) * self.strip.length
         self.speed, self.start = run.solver.speed_mm_per_ms, run.solver.ramp_ms
         self.fastest = FASTEST if run.model.scale == "meso" else 1.0
         self.pull = self._pull()
@@ -55,9 +56,7 @@ class BiasExtensionTest(Rig):
         return self.strip.travel(float(np.deg2rad(angle)))
 
     def _pull(self) -> Table:
-        """Speed [mm/ms] of the clamp: v up to the travel x1 of the first angle, then v x / x1 = v exp(v t / x1) to the
-        fastest.
-        """
+        """Speed [mm/ms] of the clamp: v up to the travel x1 of the first angle, then v x / x1 = v exp(v t / x1)."""
         begin = ramp(self.start, self.speed)
         if self.fastest == 1.0:
             return begin
@@ -78,10 +77,6 @@ class BiasExtensionTest(Rig):
         """Grip both ends."""
         boundary.grip(self.fixed, "y")
         boundary.grip(self.moving, "y", self.pull)
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs from clamp to clamp along the yarns."""
-        return float(np.sqrt(2.0)) * self.strip.length / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Displacement, shear angle of pin-jointed yarns, and forces."""
@@ -170,9 +165,7 @@ def forces_at(history: History, most: float) -> dict[str, float]:
 
 
 def middle_at(table: dict[str, Array], most: float) -> dict[str, float]:
-    """Mean shear angle [deg] of the middle's inner half at each of :data:`ANGLES` up to ``most`` [deg], and slip of
-    yarns [mm].
-    """
+    """Mean angle [deg] of the middle's inner half, and slip [mm], at each of :data:`ANGLES` up to ``most`` [deg]."""
     columns = {"middle_shear_angle_deg": "middle_mean_deg", "crossing_slip_mm": "slip_percentile_95_mm"}
     return {
         f"{name}_at_deg.{a:g}": float(np.interp(a, table[ANGLE], table[column]))

@@ -71,11 +71,7 @@ def is_read(points: Array, strip: BiasStrip) -> NDArray[np.bool_]:
 
 
 def zone_table(history: History, strip: BiasStrip, material: Material) -> dict[str, Array]:
-    """Columns of zones.csv at each frame with a larger angle than before, [deg] and slip [mm].
-
-    Angle of pin-jointed yarns; mean, sd and bounds of the middle's inner half; mean of the zones with half of it and
-    with none; of yarns the slip that 95 % of the crossings do not exceed.
-    """
+    """Columns of zones.csv [deg], slip [mm]: pin-jointed yarns, the middle's inner half, the zones at the clamps."""
     zone, read = zones(material.places, strip), is_read(material.places, strip)
     rows: list[dict[str, float]] = []
     for frame in history.frames:
@@ -108,9 +104,7 @@ LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 0.8, 0.95, 1.05, 0.7, 0.65
 def zone_picture(
     path: Path, table: Mapping[str, Array], places: Array, angle: Array, *, title: str, where: str
 ) -> None:
-    """Draw zones.csv, and the ``angle`` [deg] ``where`` the frame is, at ``places`` [mm]. Raises
-    :class:`ResourceError`.
-    """
+    """Draw zones.csv, and ``angle`` [deg] at ``places`` [mm] of the frame ``where``. Raises :class:`ResourceError`."""
     width, height = np.ptp(places.reshape(-1, 2), axis=0)
     across = max(HIGH * float(width / height), NARROW)
     wide, tall = LEFT + CURVES + BETWEEN + across + RIGHT, BOTTOM + HIGH + TOP

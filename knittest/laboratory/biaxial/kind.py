@@ -41,7 +41,7 @@ KIND = TestKind(
             Regressed(8, "quick", "macro", "quick", STRIPS),
             Regressed(4, "full", "meso", "quick", (("2", "warp"),)),
             Regressed(8, "full", "macro", "standard", (("1", "warp"),)),
-        ),
+        )
     ),
     laboratory="knittest.laboratory.biaxial.lab_files:LAB",
 )

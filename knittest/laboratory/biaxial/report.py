@@ -24,9 +24,7 @@ NAMES = (("left rail", "right rail"), ("lower rail", "upper rail"))
 
 
 def rails(history: History, axis: int, sides: tuple[float, float]) -> list[Body]:
-    """Rails along a rectangle of ``sides`` (x, y) [mm] about the origin; the direction lies along ``axis`` (0: x, 1:
-    y).
-    """
+    """Rails along a rectangle of ``sides`` (x, y) [mm] about the origin; ``axis`` (0: x, 1: y) is the direction."""
     own, cross = (0.01 * at_frames(history, column) for column in ("strain_pct", "cross_strain_pct"))
     found = []
     for normal, (side, strain) in enumerate(zip(sides, (own, cross) if axis == 0 else (cross, own), strict=True)):

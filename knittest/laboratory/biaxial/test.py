@@ -7,21 +7,21 @@ from knittest.base.history import Array, History
 from knittest.config.fabric import Direction
 from knittest.laboratory.base import Prepared, sheet_model
 from knittest.laboratory.biaxial.config import BiaxialRun
-from knittest.laboratory.fabric_test import FabricTest
+from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.judging import Span
 from knittest.laboratory.strips import AXIS, centred, cut, on_needles, unevenness
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import rectangle, strengths
 from knittest.models.meso import build_meso
 from knittest.models.tool import ramp
-from knittest.solve.state import Observer, Rig
+from knittest.solve.state import Observer
 
 # Sides that move apart both ways at a constant ratio of the strains. The needles slide along the sides, so every held
 # point moves as in evenly strained fabric: x (1 + e_x), y (1 + e_y). Their work along one axis is the force per width
 # times the area, N L_x L_y de.
 
 
-class BiaxialTest(Rig):
+class BiaxialTest(TestRig):
     """Strain the points ``held`` along ``axis`` (0: x, 1: y) and across it; ``size`` (2,) [mm] of the rectangle."""
 
     coordinate, force = "strain_pct", "force_n"
@@ -29,6 +29,7 @@ class BiaxialTest(Rig):
     def __init__(self, run: BiaxialRun, held: NDArray[np.int64], axis: int, size: Array) -> None:
         rig, most = run.rig, max(1.0, run.rig.ratio)
         self.held, self.axis, self.size, self.ratio = held, axis, size, rig.ratio
+        self.ring_length = float(self.size.max())
         self.stop_ratio = rig.stop_force_ratio
         fracture = run.fabric.macro.fracture_strain  # shells may fail across the direction first
         self.ends_at_break = run.model.scale == "macro" and (
@@ -44,10 +45,6 @@ class BiaxialTest(Rig):
         for axis, strain in ((self.axis, self.strain), (1 - self.axis, self.cross)):
             boundary.move(self.held, ALL[axis], strain, position[:, axis])
         boundary.move(self.held, "z")
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along a side."""
-        return float(self.size.max()) / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Strain and force of the direction, [N] and per width, and of the other system."""
@@ -122,11 +119,7 @@ class Biaxial(FabricTest[BiaxialRun]):
 
 
 def before_break(curve: dict[str, Array]) -> int | None:
-    """Rows of ``curve`` before the shells break, all at once; None where nothing failed.
-
-    Waves of the break pull the other system to twice its strength. Failures are counted at about every other row: rows
-    after the last count in which both forces still rise are valid.
-    """
+    """Rows of ``curve`` before the break, whose waves pull the other system: until a count of failures, or None."""
     failed = curve["failed_fabric"] > 0.0
     if not failed.any():
         return None

@@ -14,40 +14,23 @@ class CantileverCorrections(Corrections[CantileverRun]):
     """See :class:`knittest.laboratory.numerical_error.Corrections`."""
 
     def exact(self, run: CantileverRun, results: Numbers) -> Numbers:
-        """Correct an overhang that was searched for the difference of its chord from the plane."""
-        return at_the_plane(run, results)
+        """Convert overhang and stiffness by Eq. 2 to a chord in the plane, which a search meets within a tolerance."""
+        found = dict(results)
+        angle = found.get("chord_angle_deg")
+        if run.rig.mode != "overhang" or angle is None or not FLATTEST <= angle <= STEEPEST:
+            return found
+        ratio = overhang_ratio(run.rig.plane_angle, angle)
+        for name, power in (("overhang_mm", 1), (EQ2, 3)):
+            value = found.get(name)
+            found[name] = value if value is None else value * ratio**power
+        return found
 
     def rested(self, run: CantileverRun, results: Numbers) -> Numbers:
-        """Correct a strip of yarns for its last drift."""
-        return after_drift(run, results)
-
-
-def at_the_plane(run: CantileverRun, results: Numbers) -> Numbers:
-    """Overhang and stiffness by Eq. 2 with the chord in the plane, by the heavy elastica; unchanged for a given
-    overhang.
-
-    The search ends within a tolerance, so two runs may share an overhang though their chords differ.
-    """
-    found = dict(results)
-    angle = found.get("chord_angle_deg")
-    if run.rig.mode != "overhang" or angle is None or not FLATTEST <= angle <= STEEPEST:
-        return found
-    ratio = overhang_ratio(run.rig.plane_angle, angle)
-    for name, power in (("overhang_mm", 1), (EQ2, 3)):
-        value = found.get(name)
-        found[name] = value if value is None else value * ratio**power
-    return found
-
-
-def after_drift(run: CantileverRun, results: Numbers) -> Numbers:
-    """:func:`at_the_plane` of ``results`` with the chord moved by its last drift, which the criterion of rest leaves
-    open.
-    """
-    found = dict(results)
-    angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", EQ2))
-    if angle is None or drift is None:
-        return at_the_plane(run, found)
-    moved = found["chord_angle_deg"] = angle + abs(drift)
-    if run.rig.mode == "angle" and stiffness is not None and FLATTEST <= angle <= moved <= STEEPEST:
-        found[EQ2] = stiffness * overhang_ratio(angle, moved) ** 3
-    return at_the_plane(run, found)
+        """Move the chord of a strip of yarns by its last drift, and correct it as :meth:`exact`."""
+        found = dict(results)
+        angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", EQ2))
+        if angle is not None and drift is not None:
+            moved = found["chord_angle_deg"] = angle + abs(drift)
+            if run.rig.mode == "angle" and stiffness is not None and FLATTEST <= angle <= moved <= STEEPEST:
+                found[EQ2] = stiffness * overhang_ratio(angle, moved) ** 3
+        return self.exact(run, found)

@@ -47,12 +47,7 @@ def side_picture(
     yarns: bool,
     title: str,
 ) -> None:
-    """Draw elements from the side: nodes ``along`` and ``height`` (n_nodes,) [mm] from the edge, ``segments`` (n, 2) of
-    nodes.
-
-    ``plane``: angle [deg] of the plane through the edge; ``angle``: the chord's; ``yarns``: beams, else a sheet of
-    ``thickness`` [mm]. Raises :class:`ResourceError`.
-    """
+    """Draw nodes ``along``, ``height`` (n,) [mm] and ``segments`` (n, 2) with plane and chord, from the side."""
     from matplotlib.collections import LineCollection
 
     reach, margin = float(along.max()), FREE * overhang

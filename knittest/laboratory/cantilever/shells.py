@@ -26,10 +26,7 @@ SPACING = 4.0
 
 
 class Sections:
-    """Sections across a strip along y that is held behind its edge at 0, with an ``overhang`` [mm].
-
-    ``flat`` (n, 3) [mm]: nodes of the flat strip; ``mass`` (n,) [g].
-    """
+    """Sections across a strip along y held behind its edge at 0: ``flat`` (n, 3) [mm], ``mass`` (n,), ``overhang``."""
 
     def __init__(self, flat: Array, mass: Array, overhang: float) -> None:
         self.arc = np.linspace(0.0, overhang, max(round(overhang / SPACING), 8) + 1)
@@ -65,9 +62,7 @@ class Sections:
         return np.append(0.0, np.cumsum(0.5 * self.arc[1] * (curvature[1:] + curvature[:-1])))
 
     def turned(self, position: Array, curvature: Array) -> tuple[Array, Array]:
-        """Positions (n, 3) [mm] and turns downwards (n,) [rad] of nodes after rigid sections bent by ``curvature``
-        [1/mm].
-        """
+        """Positions (n, 3) [mm] and turns downwards (n,) [rad] of nodes after rigid sections bent by ``curvature``."""
         turn = self._turns(curvature)
         before = self.centres(position)
         chords = _down(np.diff(before, axis=0), 0.5 * (turn[1:] + turn[:-1]))

@@ -165,10 +165,7 @@ def given_overhang(run: CantileverRun) -> float:
 
 
 def _estimated_overhang(run: CantileverRun) -> float:
-    """Overhang [mm] of a chord angle of 41.5 deg by Eq. 2 and the input bending stiffness per width [N mm].
-
-    That is the card's in a macro model; else that of a reinforcing yarn times their density.
-    """
+    """Overhang [mm] of a chord angle of 41.5 deg by Eq. 2 and the input bending stiffness per width [N mm]."""
     fabric, direction = run.fabric, run.rig.direction
     if _meso(run) or fabric.macro.bending_stiffness is None:
         stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
@@ -183,11 +180,7 @@ def _estimated_by(run: CantileverRun) -> str:
 
 
 def stiffness_by_overhang(run: CantileverRun, overhang: float, chord: float) -> float:
-    """B = w (L / 2)^3 per width [N mm] (Eq. 2), with the weight per area w.
-
-    Eq. 2 holds at 41.5 deg: the ``overhang`` [mm] of another plane, or of another ``chord`` [deg], is converted to it;
-    NaN for a chord that is hardly bent or hangs down.
-    """
+    """B = w (L / 2)^3 per width [N mm] (Eq. 2), for ``overhang`` [mm] converted from its angle to 41.5 deg, or NaN."""
     angle = run.rig.plane_angle if run.rig.mode == "overhang" else chord
     if not FLATTEST <= angle <= STEEPEST:
         return float("nan")

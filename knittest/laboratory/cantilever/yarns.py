@@ -1,11 +1,10 @@
 """Yarns of a cantilever: laid into the heavy elastica, then relaxed and turned section by section until in equilibrium.
 
-A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here yarns and
-loops settle for a while, then the sections turn by the missing moments (:class:`.Sections`), until the moments of all
-sections balance. Yarns slip without friction, as in a strip that was shaken: sticking ones would stiffen every turn,
-and the state would depend on the way to it. In some fabrics loops slip for very long, and the moments never balance.
-There the yarns get the friction of the fabric after some turns, and the sections are turned further. Loops that are not
-set in their shape would curl the strip; a couple at the free end keeps it flat without weight.
+A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here yarns settle
+for a while, then the sections turn by the missing moments (:class:`.Sections`), until all moments balance. Yarns slip
+without friction: sticking ones would stiffen every turn, and the state would depend on the way to it. Where loops slip
+for very long, the yarns get the friction of the fabric after some turns. Loops that are not set would curl the strip; a
+couple at the free end keeps it flat without weight.
 """
 
 import time as clock
@@ -109,11 +108,7 @@ class _Course:
         self.rubs = contact.friction > 0.0
 
     def judge(self, moments: Array) -> None:
-        """Residual: the tip's deflection by all unbalanced moments as if of one sign, over that by the weight.
-
-        In equilibrium it is small, and the root carries the weight. It is the residual of the history too: forces on
-        single nodes say nothing about a strip that moves as a whole.
-        """
+        """Residual: the tip's deflection by unbalanced moments of one sign over that by the weight."""
         weight = np.zeros((self.prepared.model.n_nodes, 3))
         weight[:, 2] = -_mounting(self.prepared).weight
         lever = self.sections.arc[-1] - self.sections.arc

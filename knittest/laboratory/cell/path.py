@@ -19,9 +19,9 @@ FABRIC = 100.0
 
 @dataclass(frozen=True)
 class CellPath:
-    """Path from ``s`` = 0 to 1: numbers ``at`` (KNOTS + 1, 7) of the lattice at even ``s``, ``free`` ones of them.
+    """Path from ``s`` = 0 to 1: numbers ``at`` (KNOTS + 1, 7) of the lattice, ``free`` ones of them, ``duration`` [ms].
 
-    ``end`` of the coordinate ``name`` whose conjugate force is read, ``shown`` its factor to a unit, ``duration`` [ms].
+    ``end`` of the coordinate ``name`` whose conjugate force is read; ``shown`` is its factor to a unit.
     """
 
     name: str

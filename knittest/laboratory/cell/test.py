@@ -12,7 +12,7 @@ from knittest.fabric.relax import relaxed_cell
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.cell.config import STRETCHING, CellRun
 from knittest.laboratory.cell.path import ANGLES, NEAR, CellPath, path_of, timed
-from knittest.laboratory.fabric_test import FabricTest
+from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.judging import Span, assess, locking
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.crossings import Crossings, crossings, surfaces
@@ -22,7 +22,7 @@ from knittest.models.tool import Table, constant, plane
 from knittest.solve.periodic_body import PeriodicBody
 from knittest.solve.settled_cell import Curl
 from knittest.solve.simulate import simulate
-from knittest.solve.state import Observer, Rig, SimulationCost
+from knittest.solve.state import Observer, SimulationCost
 
 #: gap between the plates and the yarns at the start [mm]
 GAP = 0.002
@@ -30,7 +30,7 @@ GAP = 0.002
 MOST_CLOSED = 0.9
 
 
-class CellTest(Rig):
+class CellTest(TestRig):
     """Drives the lattice of ``model`` along its path; between plates until they press hard enough."""
 
     coordinate, force = "path_pct", "conjugate_force"
@@ -40,6 +40,7 @@ class CellTest(Rig):
     def __init__(self, run: CellRun, model: PeriodicModel) -> None:
         self.model, self.pressed = model, run.rig.path == "compaction"
         self.own = np.flatnonzero(model.owned)
+        self.ring_length = float(np.linalg.norm(self.model.reference, axis=1).max())
         low, high = surfaces(model, self.own)
         self.thickness = high - low + 2.0 * GAP
         path = path_of(run, model.reference)
@@ -69,10 +70,6 @@ class CellTest(Rig):
             boundary.add_tool(plane((0.0, 0.0, float((z + radius).max()) + GAP), (0.0, 0.0, -1.0)))
             speed = Table(self.progress.time, tuple(-self.path.end * v for v in self.progress.value))
             boundary.move_tool(1, "z", speed)
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along the cell."""
-        return float(np.linalg.norm(self.model.reference, axis=1).max()) / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Share of the path, its coordinate, the force conjugate to that over the area, nominal mean stresses."""
@@ -120,9 +117,7 @@ class Recorder:
         return getattr(self.observer, name)
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Keep a row, and see whether the run ends here; where a yarn is torn end the path, or raise
-        :class:`InputError`.
-        """
+        """Keep a row, see whether the run ends here; where a yarn is torn end, or raise :class:`InputError`."""
         self.model.record.append(row_of(self.model))
         self.mount.arrived = self.mount.share(time_ms) >= self.mount.ends_at
         if self.run.rig.path in STRETCHING:
@@ -241,11 +236,7 @@ class Cell(FabricTest[CellRun]):
         return found
 
     def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """Evaluate the standard checks from the first degree on, and whether the fabric locks.
-
-        A cell that curls by itself gives energy as it is bent flat: its kinetic energy is divided by the largest work
-        so far, whatever its sign.
-        """
+        """Evaluate the standard checks, of bending by the largest work so far whatever its sign, and locking."""
         if run.rig.path == "bending":
             energies = history.energies
             work = np.maximum.accumulate(np.abs(energies["external_mj"]))

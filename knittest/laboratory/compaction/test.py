@@ -8,13 +8,13 @@ from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.compaction.config import CompactionRun
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, thickness_at, work
-from knittest.laboratory.fabric_test import FabricTest
+from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.judging import Span
 from knittest.laboratory.strips import centred, creeping, cut, on_needles
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary, Readings
 from knittest.models.meso import build_meso
 from knittest.models.tool import Table, plate
-from knittest.solve.state import Observer, Rig, SimulationCost
+from knittest.solve.state import Observer, SimulationCost
 
 # Two smooth plates close on a square of yarns, each at half the speed, until a pressure is reached. The fabric's middle
 # stands still: its drag and inertia press on both plates alike. The plates are smaller than the piece, as a presser
@@ -34,7 +34,7 @@ MOST = 0.5
 ROOM, STIFFEST = 3.6, 4.0
 
 
-class CompactionTest(Rig):
+class CompactionTest(TestRig):
     """Plates of ``size`` (2,) at heights ``faces`` [mm]; contact ``radius`` [mm] of nodes; ``rim`` keeps its place."""
 
     coordinate, force = "compaction_mm", "plate_force_n"
@@ -46,6 +46,7 @@ class CompactionTest(Rig):
         self.faces, self.area, self.radius = (faces[0] - GAP, faces[1] + GAP), area, radius
         self.stiffness = plate_stiffness(run.solver.safety)
         self.start = self.faces[1] - self.faces[0]
+        self.ring_length = self.start
         self.most = run.rig.max_pressure_mpa * area
         speed, rise = run.solver.speed_mm_per_ms, run.solver.ramp_ms
         full = REST + (
@@ -66,10 +67,6 @@ class CompactionTest(Rig):
             tool.stiffness = self.stiffness
             speed = Table(self.closing.time, tuple(-0.5 * side * v for v in self.closing.value))
             boundary.move_tool(boundary.add_tool(tool), "z", speed)
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs through the thickness."""
-        return self.start / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Travel of the plates, thickness between them, force (mean of both), and pressure on the square."""
@@ -110,12 +107,7 @@ def plate_stiffness(safety: float) -> float:
 
 
 def touching_radius(position: Array, joined: NDArray[np.int64], radius: Array) -> Array:
-    """Distance [mm] at which each node of ``position`` (n, 3) touches a plate: its yarn's ``radius`` (n,) less its
-    offset.
-
-    The centre line passes a node of the beams ``joined`` (n_el, 2) at (P[i-1] + 6 P[i] + P[i+1]) / 8, and ends of
-    yarns.
-    """
+    """Distance [mm] at which nodes (n, 3) touch a plate: ``radius`` (n,) less their offset from the centre line."""
     z = position[:, 2]
     step, both = np.zeros(len(z)), np.zeros(len(z))
     for here, there in (joined.T, joined.T[::-1]):

@@ -119,10 +119,7 @@ FREE_BLANK: dict[str, float] = {"speed": 0.05, "damping": 0.006}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
-    """Settings of ``preset`` at ``scale``, of a macro run for a blank with or without a holder force.
-
-    Penalties grow with the inverse square of the step: folds of shells and yarns on tools need them stiff.
-    """
+    """Settings of ``preset`` at ``scale``: folds of shells and yarns on tools need stiff penalties, so small steps."""
     model = {
         "meso": {"elements_per_loop": 20, "elements_per_wave": 4},
         "macro": {"element_size": ELEMENT[preset], "self_contact": True},  # its folds touch

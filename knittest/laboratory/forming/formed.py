@@ -70,10 +70,7 @@ WINDOW = 8.0
 
 @dataclass(frozen=True)
 class RimWaves:
-    """``height`` (n,) [mm] of the rim over its best paraboloid, and ``count`` of crests above a prominence.
-
-    ``largest``: height [mm] of one of them over the higher of its neighbouring troughs, or the range without crests.
-    """
+    """``height`` (n,) [mm] of the rim over a paraboloid, ``count`` of crests, ``largest`` over their higher trough."""
 
     height: Array
     largest: float
@@ -131,12 +128,7 @@ MECHANISMS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
 
 
 def stamp_work(history: History) -> Table:
-    """Table over the rows of the energies [mJ]: travel [mm], work of the stamp, of holder and weight, and of
-    mechanisms.
-
-    Those of :data:`MECHANISMS` that the model has add up to both works. Bending of yarns includes the plane, of shells
-    not.
-    """
+    """Travel [mm], work of stamp, of holder and weight [mJ], and :data:`MECHANISMS`, which add up, over rows."""
     curve, energies = history.curve, history.energies
     travel, force = curve["stamp_travel_mm"], curve["stamp_force_n"]
     steps = np.diff(travel, prepend=0.0)
@@ -165,11 +157,7 @@ SIDES = {"weft_low": (0, -1.0), "warp_low": (1, -1.0), "weft_high": (0, 1.0), "w
 
 @dataclass(frozen=True)
 class DrawIn:
-    """Points along the edges of the blank: ``start`` and ``now`` (n, 2) [mm], ``side`` (n,) as an index of
-    :data:`SIDES`.
-
-    ``drawn`` (n,): displacement inwards, normal to the side; ``rise`` (n,): upwards [mm].
-    """
+    """Edges of the blank: ``start``, ``now`` (n, 2), index of the ``side``, ``drawn`` inwards, ``rise`` (n,) [mm]."""
 
     start: Array
     now: Array

@@ -30,9 +30,7 @@ class Outlines:
 
 @dataclass(frozen=True)
 class Field:
-    """``value`` (n,) at ``place`` (n, 2) [mm], or in polygons ``cells`` (n, k, 2); nan is ``unknown``; a line at
-    ``limit``.
-    """
+    """``value`` (n,) at ``place`` (n, 2) [mm], or in polygons ``cells`` (n, k, 2); nan is ``unknown``."""
 
     place: Array
     value: Array

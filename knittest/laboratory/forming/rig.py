@@ -11,12 +11,12 @@ import numpy as np
 from knittest.base.history import Array, Frame, Mesh
 from knittest.base.units import rounded_down
 from knittest.kernels.tool_contact import FREE
+from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
 from knittest.laboratory.judging import TRY, Setting, finer_shells
 from knittest.laboratory.strips import pieces
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import Table, Tool, plane, ramp
-from knittest.solve.state import Rig
 from knittest.tooling.toolset import ToolSet
 
 #: time over which the holder's force is applied and over which the blank then settles [ms]
@@ -26,7 +26,7 @@ PRESS, SETTLE = 2.0, 1.0
 SOFTER = {"macro": 0.75, "meso": 0.25}
 
 
-class FormingTest(Rig):
+class FormingTest(TestRig):
     """Form a blank of ``thickness`` [mm] with ``tools``; contact ``radius`` [mm] and ``weight`` [N] of its nodes."""
 
     coordinate, force = "stamp_travel_mm", "stamp_force_n"
@@ -34,6 +34,7 @@ class FormingTest(Rig):
     def __init__(self, run: FormingRun, tools: ToolSet, thickness: float, radius: Array, weight: Array) -> None:
         self.rig, self.scale, self.tools, self.radius, self.weight = run.rig, run.model.scale, tools, radius, weight
         gap = run.rig.die.floor_gap
+        self.ring_length = max(self.rig.blank_length_mm, self.rig.blank_width_mm)
         self.floor = None if gap is None else -run.rig.depth_mm - 0.5 * thickness - gap
         self.holder_force = run.rig.blank_holder_force_n
         start = run.solver.ramp_ms
@@ -62,10 +63,6 @@ class FormingTest(Rig):
         tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
         tool.stiffness = SOFTER[self.scale]
         return tool
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs across the blank."""
-        return max(self.rig.blank_length_mm, self.rig.blank_width_mm) / wave_speed
 
     def travel(self, time: float) -> float:
         """Travel of the stamp [mm] at ``time`` [ms]."""

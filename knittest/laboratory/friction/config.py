@@ -65,14 +65,11 @@ BEAMS = {"meso": {"elements_per_loop": 22, "elements_per_wave": 6}}
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     """Settings of ``preset`` at ``scale``.
 
-    Damping must not hold back what slides: m c v is a force. The test is seen from the clamp, where the strip hardly
-    moves. Penalties grow with the inverse square of the step, and plates need stiff ones. The crowns of the loops
-    slide: 22 and 6 are the 26,000 beams of the paper's strip; with 30 and 8 the pull force changes by 0.6 %, the
-    compression by 4 %. A narrow meso strip is under the pressure of the paper's.
-
-    Speed, ramp and ``rig.membrane_share`` of a meso model against half the speed, a third of the ramp and the full
-    axial stiffness, at 2000 N, quick, both directions of variants 1 and 2: kinetic force within 0.15 %, static force
-    -0.6 to +1.3 %, compression +0.6 to +4 % (0.007 mm), in 0.25 to 0.33 of the processor time.
+    Damping must not hold back what slides, and plates need stiff penalties, so small steps. The beams of yarns, 22 and
+    6, are those of the paper's strip; with 30 and 8 the pull force changes by 0.6 %, the compression by 4 %. Speed,
+    ramp and ``rig.membrane_share`` against half the speed, a third of the ramp and the full stiffness at 2000 N (quick,
+    both variants and directions): kinetic force within 0.15 %, static -0.6 to +1.3 %, compression +0.6 to +4 %, a third
+    of the time.
     """
     if scale == "macro":
         return {"model": BEAMS, "solver": {"speed": 1.0, "ramp": 0.5, "damping": 1.0, "safety": 0.55}}

@@ -75,11 +75,7 @@ def _rubbed(r: Recording) -> Rubbed:
 
 
 def _results(strips: Sequence[Rubbed]) -> Results:
-    """Pull forces and coefficients.
-
-    ``mu_paper`` is F_R / F_N of a strip between two plates (Eq. 3 of Pham et al., 2019), ``mu_per_face`` half of it.
-    Pull forces of a strip that rubs on one face are not rows: they are those of another test.
-    """
+    """Pull forces and coefficients; forces of a strip that rubs on one face are those of another test."""
     sizes = [(what, common(what, [s.sizes[k] for s in strips], strips)) for k, what in enumerate(SIZES)]
     static, kinetic = np.array([[s.static, s.kinetic] for s in strips]).T
     faces, normal = strips[0].faces, np.array([s.sizes[0] for s in strips])

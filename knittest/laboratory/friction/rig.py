@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from knittest.base.history import Array, History, Mesh
+from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.friction.config import FrictionRig, FrictionRun
 from knittest.laboratory.strips import AXIS, creeping
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import plate, ramp
-from knittest.solve.state import Rig
 
 #: time over which the normal force is applied and over which it then settles [ms]
 PRESS, SETTLE = 1.0, 0.5
@@ -27,13 +27,14 @@ CREEP, CREEP_SHARE = 0.5, 0.05
 THICKNESS, EDGE = 10.0, 1.0
 
 
-class FrictionTest(Rig):
+class FrictionTest(TestRig):
     """Plates at heights ``faces`` (lower, upper) [mm], a strip along ``axis``; contact ``radius`` [mm] of its nodes."""
 
     coordinate, force = "displacement_mm", "pull_force_n"
 
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius
+        self.ring_length = self.rig.length_mm
         speed = run.solver.speed_mm_per_ms
         full = PRESSED + 0.5 * run.solver.ramp_ms + CREEP / (CREEP_SHARE * speed)
         self.pull = creeping(-speed, CREEP_SHARE, run.solver.ramp_ms, PRESSED, full)
@@ -60,10 +61,6 @@ class FrictionTest(Rig):
                 tool.motion[2], tool.load[2] = -2, boundary.table(ramp(PRESS, -self.rig.normal_force_n))
                 tool.mass = mass  # without drag: its loss would exceed 5 % of the pressing work
             boundary.add_tool(tool)
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along the strip."""
-        return self.rig.length_mm / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Travel of the clamp against the plates, pull force, force on the lower plate and height of the upper one."""
@@ -119,11 +116,7 @@ class PressureMap:
 
 
 def pressure_map(history: History, cell: float) -> PressureMap:
-    """Mean pressure in square cells of side ``cell`` [mm], from ``history.tool_force`` in the last frame.
-
-    The force on a node is shared evenly by its elements, at their centres, so that a shell at the edge shows its
-    pressure. The sum over all cells is the normal force.
-    """
+    """Mean pressure in cells of side ``cell`` [mm] in the last frame; elements share the force on a node evenly."""
     mesh, position = history.mesh, history.frames[-1].position
     centre = position[mesh.cells].mean(axis=1)[:, :2]
     forces = [_on_elements(mesh, force) for force in history.tool_force]

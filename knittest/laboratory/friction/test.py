@@ -37,7 +37,7 @@ class Friction(FabricTest[FrictionRun]):
         rig = run.rig
         if rig.plate_width < rig.width:
             raise InputError(
-                f"rig.plate_width = {rig.plate_width:g} mm: expected at least rig.width = {rig.width:g} mm, of the strip"
+                f"rig.plate_width = {rig.plate_width:g} mm: expected at least rig.width = {rig.width:g} mm"
             )
         if rig.plate_length + rig.travel >= rig.length:
             raise InputError(

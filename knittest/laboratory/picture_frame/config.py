@@ -85,11 +85,7 @@ SIDE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """Settings of ``preset`` at ``scale``; shear waves cross a large square later.
-
-    Cycles are driven at a fifth (macro) or a sixth (meso) of the speed, with longer ramps: energies are checked from a
-    small angle on, up to which little work is done.
-    """
+    """Settings of ``preset`` at ``scale``; cycles are slower, as little work is done up to the first angle."""
     slower = {"macro": 5.0, "meso": 6.0}[scale] if stated("cycles") else 1.0
     model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
     if scale == "macro":

@@ -46,10 +46,7 @@ HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gon
 
 @dataclass(frozen=True)
 class Frame(shear.Sheared):
-    """Specimen with the sides [mm] of frame and fabric; ``force`` is that of the crosshead.
-
-    A specimen with more than the first loading has ``cycles`` that turn at ``turn`` [deg], or a reason ``not_cycled``.
-    """
+    """Specimen with sides [mm] of frame and fabric, and ``cycles`` that ``turn`` [deg], or why ``not_cycled``."""
 
     frame_side: float
     fabric_side: float
@@ -198,10 +195,7 @@ def _loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]
 
 
 def _results(frames: Sequence[Frame]) -> Results:
-    """Crosshead forces [N] at angles for the sides of the series, normalised forces [N/mm], and rows of cycles.
-
-    Curves are of the normalised shear force; ``shear.csv`` is a law for ``macro.shear``.
-    """
+    """Crosshead forces [N] and normalised forces [N/mm] at angles, rows of cycles, and a law for ``macro.shear``."""
     side = common(FRAME_SIDE, [s.frame_side for s in frames], frames)
     fabric = common(FABRIC_SIDE, [s.fabric_side for s in frames], frames)
     normalised, digests = shear.shear_forces(frames)

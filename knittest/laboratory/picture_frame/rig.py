@@ -17,16 +17,17 @@ from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from knittest.base.history import Array, Body, History
 from knittest.fabric.strip import turned
+from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.pictures import ARMS, WIDE
 from knittest.laboratory.strips import at_frames, plate_block
 from knittest.materials.trellis import crosshead, normalised_force
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import Table, ramp
-from knittest.solve.state import Rig
 
 #: shear angles at which results are read [deg]
 ANGLES = (10.0, 20.0, 30.0, 40.0)
@@ -34,7 +35,7 @@ ANGLES = (10.0, 20.0, 30.0, 40.0)
 KNOTS = 2000
 
 
-class PictureFrameTest(Rig):
+class PictureFrameTest(TestRig):
     """Shear all ``held`` nodes with the frame, forth and back between the angles of ``rig.turns``."""
 
     coordinate, force = "frame_shear_angle_deg", "shear_force_n"
@@ -44,6 +45,7 @@ class PictureFrameTest(Rig):
         """``area`` [mm2] of the fabric: in a meso model of whole pitches."""
         rig = run.rig
         self.fabric_side, self.held = sqrt(area), held
+        self.ring_length = self.fabric_side
         self.side = rig.side_mm if rig.frame_side_mm is None else rig.frame_side_mm
         self.slack = rig.mounting_slack_fraction
         start = run.solver.ramp_ms
@@ -89,10 +91,6 @@ class PictureFrameTest(Rig):
         rate2 = ((after - before) / step) ** 2
         return np.asarray(0.5 * (rate2[:, 0] * (mass @ start[:, 1] ** 2) + rate2[:, 1] * (mass @ start[:, 0] ** 2)))
 
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along a side."""
-        return self.fabric_side / wave_speed
-
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Crosshead displacement, shear angle, the force that is work-conjugate to the displacement, and normalised."""
         p, q = self.stretches(time)
@@ -116,11 +114,7 @@ def starting(run: PictureFrameRun) -> float:
 
 
 def _there_and_back(start: float, speed: float, stops: Sequence[float], halts: bool) -> Table:
-    """Rate [rad/ms] that drives from 0 to each of ``stops`` [rad], from ``start`` [ms] on.
-
-    It changes smoothly within ``start`` between rest and ``speed``, before turns too; a short way is driven slower. It
-    ends at full speed unless it ``halts``: a cycle that begins and ends at rest holds no work of inertia.
-    """
+    """Rate [rad/ms] from 0 to each of ``stops`` [rad] from ``start`` [ms] on, smooth, to rest if it ``halts``."""
     time, value = [0.0], [0.0]
     begin = start
     for k, (here, there) in enumerate(pairwise([0.0, *stops])):
@@ -148,14 +142,12 @@ WIDER = 1e-6
 
 
 def bars(history: History, sides: tuple[float, float]) -> list[Body]:
-    """Bars of a frame of ``sides`` along weft and warp [mm] about the origin, from hinge to hinge, and arms to the
-    fabric.
-    """
+    """Bars of a frame of ``sides`` along weft and warp [mm], from hinge to hinge, and arms to the fabric."""
     half = 0.5 * np.deg2rad(at_frames(history, "frame_shear_angle_deg"))
     stretch = np.column_stack([np.cos(half) - np.sin(half), np.cos(half) + np.sin(half), np.ones_like(half)])
     found = []
     for normal, names in enumerate(NAMES):
-        turn = _about_z(half if normal == 1 else -half)
+        turn = Rotation.from_euler("z", half if normal == 1 else -half).as_matrix()
         for name, way in zip(names, (-1.0, 1.0), strict=True):
             bar = _flat_bar(name, history, sides, normal, way)
             middle = turned(np.eye(3)[None, normal] * 0.5 * way * sides[normal])
@@ -190,12 +182,3 @@ def _flat_bar(name: str, history: History, sides: tuple[float, float], normal: i
     lengths[normal] = wide
     body = plate_block(name, centre, lengths, np.zeros((len(history.frames), 3)))
     return replace(body, points=turned(body.points))
-
-
-def _about_z(angle: Array) -> Array:
-    """Matrices (n, 3, 3) that turn to the left by ``angle`` (n,) [rad]."""
-    turn = np.tile(np.eye(3), (len(angle), 1, 1))
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
-    turn[:, 1, 0] = np.sin(angle)
-    turn[:, 0, 1] = -turn[:, 1, 0]
-    return turn

@@ -25,9 +25,8 @@ FRAME_ANGLE, NORMALISED = "frame_shear_angle_deg", "normalised_shear_force_n_per
 def homogenised_law(angle: Array, normalised: Array, start: float = START) -> tuple[Array, Array]:
     """Angles [deg] and conjugate force S [N/mm], (n,), from a frame's angle [deg] and normalised force [N/mm].
 
-    Means over whole steps of :data:`STEP` from ``start`` [deg] on, below it a line from (0, 0); isotonic regression
-    makes them not fall. Only the first loading counts, without the step in which it ends. S dgamma is the work per
-    reference area.
+    Means over whole steps of :data:`STEP` of the first loading, from ``start`` [deg] on, made not to fall; S dgamma is
+    work.
     """
     from scipy.optimize import isotonic_regression
 
@@ -43,11 +42,7 @@ def homogenised_law(angle: Array, normalised: Array, start: float = START) -> tu
 
 
 def write_law(run: Path, out: Path) -> tuple[Array, Array]:
-    """Write the law of the picture-frame folder ``run`` to ``out``, with a header on the fabric and its assumptions.
-
-    Raises :class:`InputError` unless ``run`` is a finished meso picture frame of at least two steps that passed its
-    quality checks.
-    """
+    """Write the law of a finished meso picture frame to ``out``; raises :class:`InputError` for another ``run``."""
     import pandas as pd
 
     path = run / "curve.csv"

@@ -67,7 +67,7 @@ def measure_wrinkles(frame: Frame, history: History, side: float) -> Wrinkles:
     mapped = np.where(shape, height(x, y), np.nan)
     amplitude = 0.5 * float(np.nanmax(mapped) - np.nanmin(mapped))
     profile = height(np.linspace(-span[0], span[0], 4 * CELLS), np.zeros(4 * CELLS))
-    crests: Array = np.zeros(0)
+    crests = np.zeros(0, int)
     if amplitude > 0.0:
         within = np.pad(profile[np.isfinite(profile)], 1, mode="minimum")
         crests = find_peaks(within, prominence=PROMINENCE * amplitude)[0]

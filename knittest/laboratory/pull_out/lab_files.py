@@ -45,10 +45,7 @@ GONE = 0.25
 
 @dataclass(frozen=True)
 class Pulled(Origin):
-    """Travel of the free end [mm], not falling, force [N] (n,), embedded length [mm] and crossing yarns per 100 mm.
-
-    ``measured``: the free end was measured; else it is the clamp from the begin of sliding.
-    """
+    """Travel of the free end [mm] (``measured``, or the clamp's), force [N] (n,), length [mm], crossings per 100 mm."""
 
     tail: Array
     force: Array

@@ -35,11 +35,6 @@ def embedded(run: PullOutRun) -> float:
     return round(run.rig.length_mm / period) * period
 
 
-def slid_pitches(run: PullOutRun) -> int:
-    """Whole pitches that the inlay of ``run`` slides without stretch."""
-    return int((run.rig.travel_mm - SLIDES) / pitch(run, run.rig.direction))
-
-
 def other_pull(run: PullOutRun, row: PublishedValue) -> str:
     """Reason why ``row`` is of another pull-out than ``run``; empty if it is not."""
     if reason := other_piece(run, row.conditions):
@@ -48,7 +43,8 @@ def other_pull(run: PullOutRun, row: PublishedValue) -> str:
         return ""
     if reason := other_length(run, row.conditions):
         return reason
-    count, own = row.conditions.slid_pitches, slid_pitches(run)
+    # whole pitches that the inlay of the run slides without stretch
+    count, own = row.conditions.slid_pitches, int((run.rig.travel_mm - SLIDES) / pitch(run, run.rig.direction))
     if row.quantity != MEAN or count == own:
         return ""
     if count is None:

@@ -19,10 +19,7 @@ LEFT = 1.0
 
 @dataclass(frozen=True)
 class Sliding:
-    """Forces [N]: when the free end begins to slide, largest up to half a pitch, mean and friction of a crossing mu N.
-
-    The last two are means over whole pitches of sliding, nan below one. ``way``: slid distance [mm].
-    """
+    """Forces [N] at the begin of sliding, largest, mean over whole pitches; friction of a crossing [N]; slide [mm]."""
 
     at_rest: float
     peak: float

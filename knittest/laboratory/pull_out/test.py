@@ -11,23 +11,21 @@ from knittest.base.history import Body, History, Quality
 from knittest.fabric.strip import YarnPath
 from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.base import Prepared
-from knittest.laboratory.fabric_test import FabricTest
+from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.sliding import LEFT, sliding
 from knittest.laboratory.strips import AXIS, along_and_across, cut, jaw, offsets, pitch, plate_block, yarns_across
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.meso import build_meso, chain_order
 from knittest.models.tool import Table, ramp
-from knittest.solve.state import Observer, Rig, SimulationCost
+from knittest.solve.state import Observer, SimulationCost
 
 Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """Clamped end of the inlay, free ``tail``, and nodes ``held`` at the clamped ``edge`` [mm], in the order of the
-    model.
-    """
+    """Clamped end of the inlay, free ``tail``, and nodes ``held`` at the clamped ``edge`` [mm]."""
 
     pulled: Index
     tail: int
@@ -67,13 +65,14 @@ REST = 5.0
 LETS_GO, FRAMES = 1.0, 16
 
 
-class PullOutTest(Rig):
+class PullOutTest(TestRig):
     """Pull the nodes ``pulled`` along ``axis`` and hold the nodes ``held``; ``length`` [mm] is embedded."""
 
     coordinate, force = "displacement_mm", "pull_force_n"
 
     def __init__(self, run: PullOutRun, axis: int, pulled: Index, held: Index, length: float) -> None:
         self.axis, self.pulled, self.held, self.length = axis, pulled, held, length
+        self.ring_length = self.length
         speed = ramp(run.solver.ramp_ms, run.solver.speed_mm_per_ms)
         self.speed = Table((0.0, *(REST + t for t in speed.time)), (0.0, *speed.value))
         end = self.speed.time[-1]
@@ -89,10 +88,6 @@ class PullOutTest(Rig):
         along = "xyz"[self.axis]
         boundary.grip(self.pulled, along, self.speed)
         boundary.grip(self.held, along)
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along the inlay."""
-        return self.length / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Travel of the clamp, its force, and that of the piece's clamp."""

@@ -55,11 +55,7 @@ GAUGE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """Settings of ``preset`` at ``scale``.
-
-    The input tension curve must come back within 1 %, and a shell breaks at its largest strain: central differences
-    amplify the waves of an element by 1 / sqrt(1 - (omega dt / 2)^2), so a macro model is slow and its step small.
-    """
+    """Settings of ``preset`` at ``scale``: slow and of a small step in a macro model, whose input must come back."""
     if scale == "macro":
         return {"solver": {"speed": 0.5, "safety": 0.55}}
     return {"rig": {"gauge_length": GAUGE[preset]}}

@@ -66,10 +66,7 @@ class TensileReport(FabricReport[TensileRun]):
         return replace(self.axes, ylabel="force per width [N/mm]"), found
 
     def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
-        """Curve of the fabric's experiment for the width of the strip, an input of the macro model.
-
-        Another fabric's curve is an input alone: a meso model is not compared with it.
-        """
+        """Curve of the fabric's experiment for the width of the strip; another fabric's is a macro input alone."""
         owner = borrowed(run.fabric).get(f"macro.tension.{run.rig.direction}")
         if owner and run.model.scale == "meso":
             return None

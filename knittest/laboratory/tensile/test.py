@@ -8,7 +8,7 @@ from knittest.base.history import Array, History, Quality
 from knittest.base.units import rounded_down
 from knittest.config.gates import NEAR
 from knittest.laboratory.base import Prepared, fabric_laminate
-from knittest.laboratory.fabric_test import FabricTest
+from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.judging import AIM, Span
 from knittest.laboratory.strips import AXIS, along_and_across, carrying_width, clamp_forces, cut, pitch, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
@@ -16,19 +16,20 @@ from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.models.tool import ramp
-from knittest.solve.state import Observer, Rig, SimulationCost
+from knittest.solve.state import Observer, SimulationCost
 
 #: a node this close to a clamp edge is gripped [mm]
 EDGE = 1e-6
 
 
-class TensileTest(Rig):
+class TensileTest(TestRig):
     """Pull the strip along ``axis`` (0: x, 1: y) over a ``gauge`` length [mm] about the yarns' ``middle`` [mm]."""
 
     coordinate, force = "strain_pct", "force_n"
 
     def __init__(self, run: TensileRun, axis: int, gauge: float, middle: float) -> None:
         self.axis, self.gauge, self.middle = axis, gauge, middle
+        self.ring_length = self.gauge
         self.speed = run.solver.speed_mm_per_ms
         self.pull = ramp(run.solver.ramp_ms, self.speed)
         self.max_strain = run.rig.max_strain_fraction
@@ -48,18 +49,10 @@ class TensileTest(Rig):
         boundary.grip(fixed, ALL[self.axis])
         boundary.grip(moving, ALL[self.axis], self.pull)
 
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along the gauge length."""
-        return self.gauge / wave_speed
-
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Displacement, engineering strain of the gauge length, and forces."""
         travel = self.pull.integral(time)
-        return {
-            "displacement_mm": travel,
-            "strain_pct": 100.0 * travel / self.gauge,
-            **clamp_forces(readings),
-        }
+        return {"displacement_mm": travel, "strain_pct": 100.0 * travel / self.gauge, **clamp_forces(readings)}
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """End after a failure, when the force has fallen to a share of its peak."""
@@ -95,10 +88,9 @@ RATE = 4
 
 
 def unresolved_peak(curve: Mapping[str, Array], passage: float) -> float:
-    """Uncertainty of the peak force in time over the force [-].
+    """Uncertainty of the peak force in time [-]: dF/dt max(1.5 dt, L / 2c) / F with the rate dF/dt at the peak.
 
     The clamps feel a break half a ``passage`` L / c [ms] later, and a break lowers the last sample, which is a mean.
-    With the rate of the force at the peak dF/dt the share is dF/dt max(1.5 dt, L / 2c) / F.
     """
     force, time = curve["force_n"], curve["time_ms"]
     peak = int(np.argmax(force))
