@@ -175,8 +175,9 @@ class TestKind:
         return {name.replace("-", "_"): field for name, (field, _) in {**self.shortcuts, **self.texts}.items()}
 
     def load(self, part: str) -> Any:
-        """Object that the field ``part`` names; raises :class:`InputError` where it is not there."""
-        return _object(getattr(self, part), f"test {self.name}: {part}")
+        """Object that the field ``part`` names or states; raises :class:`InputError` where it is not there."""
+        value = getattr(self, part)
+        return value if isinstance(value, tuple) else _object(value, f"test {self.name}: {part}")
 
 
 @cache

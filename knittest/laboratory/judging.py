@@ -140,6 +140,9 @@ def assess(
     beyond, penetration = beyond_law(run, history, span.to_failure), cost.penetration_max
     if not span.to_failure and "penetration_max_pct" in history.contacts:
         penetration = max(penetration, 0.01 * float(history.contacts["penetration_max_pct"].max(initial=0.0)))
+    # in two rows at least: a contact that was found late gets its force within a few rows
+    free = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
+    lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in free]
     quality = Quality(
         ke_over_ie_max=float(history.energies["kinetic_ratio"][rows].max()),
         energy_error_max=float(history.energies["energy_error"][rows].max()),
@@ -149,7 +152,7 @@ def assess(
         quasi_static=True,
         failures=tuple(_insufficient(run, prepared, history, cost, span)),
         overlap_at_start=history.overlaps.largest,
-        force_free_overlap_max=_force_free(history, rows),
+        force_free_overlap_max=0.01 * float(np.concatenate(lasting).max(initial=0.0)),
         damping_over_work_max=damping,
         contact_damping_over_work_max=contact_damping,
         hourglass_over_internal_max=hourglass,
@@ -208,13 +211,6 @@ def locking(history: History, most: float) -> tuple[str, ...]:
         f"the fabric locks at {reached:.1f} deg: contacts of the yarns store {100.0 * LOCKED:g} % of the work. The "
         f"test ends there, before {most:g} deg",
     )
-
-
-def _force_free(history: History, rows: slice) -> float:
-    """Deepest overlap of yarns without force over the smaller radius, in two rows: late contacts get a force."""
-    columns = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
-    lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in columns]
-    return 0.01 * float(np.concatenate(lasting).max(initial=0.0))
 
 
 def _insufficient(run: Run, prepared: Prepared, history: History, cost: SimulationCost, span: Span) -> Iterator[str]:

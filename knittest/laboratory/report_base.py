@@ -24,6 +24,7 @@ from knittest.experiment.origin import assumed_friction, borrowed
 from knittest.experiment.tables import PublishedValue
 from knittest.export import line_picture
 from knittest.export.line_picture import Band, Level, Line
+from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.base import RunT, Test
 from knittest.laboratory.judging import Span
 
@@ -214,7 +215,13 @@ class FabricReport(Report[RunT]):
         self.draw_lines(run, self.simulated(specimens, self.axes.y), references, path)
 
     def draw_specimen(self, run: RunT, specimen: Specimen, folder: Path) -> None:
-        """Draw deformed.png and other pictures of the specimen."""
+        """Draw deformed.png of yarns, at the end."""
+        history, path = specimen.history, folder / "deformed.png"
+        faces_picture(path, history.mesh, history.frames[-1], title=title_of(run), note=self.note(specimen))
+
+    def note(self, specimen: Specimen) -> str:
+        """Return the note below deformed.png."""
+        return "at the end"
 
     def simulated(self, specimens: list[Specimen], column: str) -> list[Line]:
         """Lines of a ``column`` of the curve, one a specimen."""

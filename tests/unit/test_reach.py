@@ -115,5 +115,5 @@ def test_shells_are_not_made_of_such_a_curve(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "strip.csv").write_text("strain_pct,force_n_per_mm\n0,0\n0.8,1500\n1.7,5820\n")
     run = resolve(variant="1", scale="macro", sets=["fabric.macro.tension.warp=strip.csv"])
-    with pytest.raises(InputError, match=r"5820 N/mm at area_mass = 824\.2 g/m2, .* the force of a whole strip"):
+    with pytest.raises(InputError, match=r"5820 N/mm at area_mass = 824\.2 g/m2 .* the force of a whole strip"):
         fabric_laminate(run)

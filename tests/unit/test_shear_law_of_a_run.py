@@ -84,7 +84,7 @@ def test_a_frame_that_its_gates_refused_is_no_law(tmp_path):
     with pytest.raises(InputError, match=r"quality checks failed \(energy error 7 % > 5 %\)"):
         write_law(run, tmp_path / "law.csv")
     (run / "summary.json").unlink()
-    with pytest.raises(InputError, match="expected a finished run: go on with it by knittest resume"):
+    with pytest.raises(InputError, match="expected a finished run: continue with knittest resume"):
         write_law(run, tmp_path / "law.csv")
     assert not (tmp_path / "law.csv").exists()
 

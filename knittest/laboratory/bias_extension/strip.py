@@ -182,10 +182,8 @@ def _shells(i: int, j: int, right: int, top: int) -> list[list[tuple[float, floa
     return [[middle[k - 1], corner, middle[k], centre] for k, corner in enumerate(inside)]
 
 
-#: length of strip inside each jaw over the diagonal of a cell: enough to grip every yarn
-JAW_CELLS = 1.0
-#: elements of the shortest piece of warp or weft that stays in the strip
-SHORTEST = 4
+#: length of strip in each jaw over the diagonal of a cell, to grip every yarn; elements of the shortest inlay piece
+JAW_CELLS, SHORTEST = 1.0, 4
 
 
 @dataclass(frozen=True)

@@ -47,10 +47,8 @@ def material_of(run: BiasExtensionRun, history: History) -> Material:
 
 #: zones by the number of yarns of a crossing that a clamp holds
 MIDDLE, HALF, RIGID = 0, 1, 2
-#: share of the middle, about the strip's centre, in which its angle is read, as by a camera
-READ = 0.5
-#: share of the crossings that slip less than is stated [%]
-SLIPPED = 95.0
+#: share of the middle, about its centre, in which the angle is read, and of the crossings that slip less [%]
+READ, SLIPPED = 0.5, 95.0
 
 
 def zones(points: Array, strip: BiasStrip) -> NDArray[np.int64]:

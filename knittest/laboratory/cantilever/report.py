@@ -107,13 +107,6 @@ def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
     return with_note(scaled, f"for a plane at {plane:g} instead of {STANDARD_ANGLE:g} deg")
 
 
-def _per_width(row: PublishedValue) -> PublishedValue:
-    """Divide the bending stiffness of a strip [mN cm2] by its width [N mm]; raises :class:`InputError` without one."""
-    one = for_width(row, 1.0)
-    per_width = replace(one, quantity=PER_WIDTH, mean=0.1 * one.mean, sd=0.1 * one.sd, unit="N mm")
-    return with_note(replace(per_width, table=row.table, scaled=row.scaled), "that of the strip over its width")
-
-
 class CantileverReport(NoSize[CantileverRun], FabricReport[CantileverRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
@@ -138,7 +131,12 @@ class CantileverReport(NoSize[CantileverRun], FabricReport[CantileverRun]):
         found = [_for_plane(row, run) for row in rows if row.quantity == "overhang_mm"]
         for row in rows if per_width is None else [per_width]:
             if row.quantity in (PER_WIDTH, OF_A_STRIP):
-                one = row if row is per_width else _per_width(row)
+                one = row
+                if row is not per_width:  # of a strip [mN cm2]
+                    each = for_width(row, 1.0)
+                    each = replace(each, quantity=PER_WIDTH, mean=0.1 * each.mean, sd=0.1 * each.sd, unit="N mm")
+                    each = replace(each, table=row.table, scaled=row.scaled)
+                    one = with_note(each, "that of the strip over its width")
                 found += [replace(one, quantity=EQ2), one]
         return found
 

@@ -27,10 +27,8 @@ from knittest.solve.state import SILENT, Observer, SimulationCost
 
 #: chord angle error at which the laboratory's mode has found its overhang [deg], and most relaxations it may take
 ANGLE_TOLERANCE, MOST_TRIALS = {"macro": 0.05, "meso": 0.25}, 8
-#: largest deviation between the root's moment and that of gravity
-MOMENT_TOLERANCE = 0.01
-#: largest change of the chord angle [deg] by the last turn of the sections of a strip of yarns
-DRIFT_TOLERANCE = 0.5
+#: largest error of the root moment, and change of the chord angle [deg] by the last turn of the sections of yarns
+MOMENT_TOLERANCE, DRIFT_TOLERANCE = 0.01, 0.5
 #: warning of a strip whose yarns slip for too long
 RUBS = (
     "without yarn friction the strip found no equilibrium. So the yarns slip freely at first, and later with "
@@ -73,7 +71,8 @@ class Cantilever(Test[CantileverRun]):
         cost, start = SimulationCost(), clock.perf_counter()
         tolerance = ANGLE_TOLERANCE[run.model.scale] if run.rig.mode == "overhang" else np.inf
         observer.phase("bending under its own weight until at rest")
-        rests, longest = [_come_to_rest(prepared, run, cost, observer)], prepared
+        to_rest = yarns_to_rest if _meso(run) else shells_to_rest
+        rests, longest = [to_rest(prepared, run, cost, observer)], prepared
         while abs(rests[-1].angle - run.rig.plane_angle) > tolerance and len(rests) < MOST_TRIALS:
             longer = _next_overhang(rests, run.rig.plane_angle)
             if longer >= run.rig.length:
@@ -84,7 +83,7 @@ class Cantilever(Test[CantileverRun]):
             observer.phase(
                 f"bending at an overhang of {longer:.0f} mm, trial {len(rests) + 1} of at most {MOST_TRIALS}"
             )
-            rests.append(_come_to_rest(longest, run, cost, observer))
+            rests.append(to_rest(longest, run, cost, observer))
         cost.advance_s = clock.perf_counter() - start
         return _history(longest.model, rests), cost
 
@@ -141,11 +140,6 @@ def _meso(run: CantileverRun) -> bool:
 
 def _mount(run: CantileverRun, overhang: float, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
     return mount_yarns(run, overhang, specimen, observer) if _meso(run) else mount_shells(run, overhang)
-
-
-def _come_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, observer: Observer = SILENT) -> Rest:
-    to_rest = yarns_to_rest if _meso(run) else shells_to_rest
-    return to_rest(prepared, run, cost, observer)
 
 
 def given_overhang(run: CantileverRun) -> float:

@@ -31,21 +31,17 @@ from knittest.solve.state import SILENT, Observer, SimulationCost
 SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 72
 #: turns after which yarns rub on each other, and turns without a smaller residual that end it
 RUBBING, STALLED = 16, 24
-#: share of the way that progress gives to either of the first settlings
-FIRST = 0.15
+#: share of progress of each of the first settlings, and sections at either end that the curl is not read from
+FIRST, ENDS = 0.15, 3
 #: deflection by unbalanced moments and error of the root moment, both over that of the weight, in equilibrium; the root
 #: settles last, and bends a few millimetres only
 BALANCED, ROOT_BALANCED = 0.005, 0.008
-#: sections at either end that the strip's curl is not read from
-ENDS = 3
 #: assumed stiffness of the turns over that of the yarns: too stiff takes more turns, too soft overshoots
 STIFFER = 1.6
 #: measured over assumed stiffness of a turn above which the next ones use the measured one: loops stiffen thin inlays
 OVERSHOT = 1.5
-#: largest turn [rad] of a section at once
-LARGEST_TURN = 0.3
-#: pitches held behind the edge
-HELD = 1
+#: largest turn [rad] of a section at once, and pitches held behind the edge
+LARGEST_TURN, HELD = 0.3, 1
 
 
 def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, observer: Observer = SILENT) -> Prepared:

@@ -133,13 +133,9 @@ class CellRig(Rig):
         return data
 
     @model_validator(mode="after")
-    def _has_steps(self) -> Self:
+    def _path_fits(self) -> Self:
         if (self.path == "steps") != bool(self.steps):
             raise BoundsError("can only be given by rig.path=FILE.csv", "steps")
-        return self
-
-    @model_validator(mode="after")
-    def _ends_on_its_way(self) -> Self:
         if self.end_angle is not None and self.path != "shear":
             raise BoundsError("can only be used with rig.path=shear", "end_angle")
         if self.end_angle is not None and self.end_angle > self.max_angle:

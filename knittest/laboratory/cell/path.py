@@ -11,10 +11,8 @@ from knittest.laboratory.records import Ending
 from knittest.models.periodic_model import NUMBERS
 from knittest.models.tool import Table, ramp
 
-#: knots of a motion
-KNOTS = 400
-#: length of fabric [mm] that ``solver.speed`` moves one end of
-FABRIC = 100.0
+#: knots of a motion, and length of fabric [mm] whose end moves at ``solver.speed``
+KNOTS, FABRIC = 400, 100.0
 
 
 @dataclass(frozen=True)

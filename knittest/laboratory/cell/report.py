@@ -4,10 +4,9 @@ from functools import partial
 from pathlib import Path
 
 from knittest.base.history import Specimen
-from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.cell.test import judged_span
-from knittest.laboratory.report_base import CurveAxes, FabricReport, NoSize, References, draw_energies, title_of
+from knittest.laboratory.report_base import CurveAxes, FabricReport, NoSize, References, draw_energies
 
 #: conjugate force by path
 LABELS = {
@@ -31,5 +30,4 @@ class CellReport(NoSize[CellRun], FabricReport[CellRun]):
         lines, ylabel = self.simulated(specimens, self.axes.y), LABELS[run.rig.path]
         self.draw_lines(run, lines, references, folder / "curve.png", ylabel=ylabel)
         draw_energies(run, specimens, folder, partial(judged_span, run))
-        history = specimens[0].history
-        faces_picture(folder / "deformed.png", history.mesh, history.frames[-1], title=title_of(run), note="at the end")
+        self.draw_specimen(run, specimens[0], folder)

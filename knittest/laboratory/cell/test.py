@@ -24,10 +24,8 @@ from knittest.solve.settled_cell import Curl
 from knittest.solve.simulate import simulate
 from knittest.solve.state import Observer, SimulationCost
 
-#: gap between the plates and the yarns at the start [mm]
-GAP = 0.002
-#: way of the plates over the thickness after which no fabric is left
-MOST_CLOSED = 0.9
+#: gap between plates and yarns at the start [mm], and travel over the thickness after which no fabric is left
+GAP, MOST_CLOSED = 0.002, 0.9
 
 
 class CellTest(TestRig):
@@ -197,7 +195,14 @@ class Cell(FabricTest[CellRun]):
         mount = prepared.mount
         assert isinstance(mount, CellTest)
         if mount.path.free and observer.resume_from() is None:
-            _relax_lattice(mount.model, mount.path.free, run)
+            body = PeriodicBody(mount.model, safety=run.solver.safety, threads=1)
+            body.free(*mount.path.free)
+            rest = body.settle()  # to no mean stress of the free numbers of the lattice
+            if not rest.converged:
+                raise NumericalError(
+                    f"no equilibrium of the cell with free lattice numbers {' and '.join(mount.path.free)}: residual "
+                    f"{rest.residual:.2g} after {rest.steps} steps; use --set rig.across=held"
+                )
         recorder = cast(Observer, Recorder(run, mount, observer))
         history, cost = simulate(mount.model, mount, run.solver, run.output, recorder)
         return self.finish(run, prepared, history), cost
@@ -262,15 +267,3 @@ def secant(x: Array, y: Array) -> float:
 def curl(curvature: Array, moment: Array) -> float:
     """Curvature [1/mm] without ``moment``, on a line through the first and the last row: that of free fabric."""
     return Curl(float(moment[0]), float(moment[-1] - moment[0]) / float(curvature[-1])).curvature
-
-
-def _relax_lattice(model: PeriodicModel, free: tuple[str, ...], run: CellRun) -> None:
-    """Relax the ``free`` numbers of the lattice to no mean stress before the path; raises :class:`NumericalError`."""
-    body = PeriodicBody(model, safety=run.solver.safety, threads=1)
-    body.free(*free)
-    found = body.settle()
-    if not found.converged:
-        raise NumericalError(
-            f"no equilibrium of the cell with free lattice numbers {' and '.join(free)}: residual {found.residual:.2g} "
-            f"after {found.steps} steps; use --set rig.across=held"
-        )

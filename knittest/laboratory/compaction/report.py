@@ -6,11 +6,10 @@ import numpy as np
 
 from knittest.base.history import Body, Specimen
 from knittest.export.line_picture import Band, Level, Line
-from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.compaction.config import CompactionRun
 from knittest.laboratory.compaction.test import SUNK_TOLERANCE, UNEVEN_TOLERANCE, plates, whole_pitches
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, loading
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, References, title_of
+from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, References
 from knittest.laboratory.strips import offsets, two_plates
 
 
@@ -70,8 +69,6 @@ class CompactionReport(NoSize[CompactionRun], FabricReport[CompactionRun]):
             logarithmic=True,
         )  # fmt: skip
 
-    def draw_specimen(self, run: CompactionRun, specimen: Specimen, folder: Path) -> None:
-        """Draw deformed.png."""
-        history, path = specimen.history, folder / "deformed.png"
-        note = f"at {history.curve['thickness_mm'][-1]:.2f} mm between the plates"
-        faces_picture(path, history.mesh, history.frames[-1], title=title_of(run), note=note)
+    def note(self, specimen: Specimen) -> str:
+        """Thickness at the end."""
+        return f"at {specimen.history.curve['thickness_mm'][-1]:.2f} mm between the plates"

@@ -25,10 +25,8 @@ from knittest.solve.state import Observer, SimulationCost
 THICKNESS, EDGE = 10.0, 1.0
 #: distance between fabric and plates at first, and travel of the plates at a share of the speed until they press [mm]
 GAP, CREEP, CREEP_SHARE = 0.1, 0.3, 0.1
-#: time in which the fabric comes to rest before the plates move [ms]
-REST = 12.0
-#: share of the thickness at the start by which the plates close at most
-MOST = 0.5
+#: time of rest before the plates move [ms], and share of the thickness by which they close at most
+REST, MOST = 12.0, 0.5
 #: stiffness of the plates against a node over m / dt^2 at the edge of stability, and largest factor on the usual one:
 #: 1 MPa must not press the yarns into the plates
 ROOM, STIFFEST = 3.6, 4.0
@@ -119,10 +117,8 @@ def touching_radius(position: Array, joined: NDArray[np.int64], radius: Array) -
 
 #: pitches of the piece around the plates
 AROUND = 1
-#: largest difference of the forces on both plates over their mean, where the thickness is read
-UNEVEN_TOLERANCE = 5.0
-#: largest share [%] of the way of the plates that they sink into the yarns
-SUNK_TOLERANCE = 5.0
+#: largest difference of the plates' forces over their mean, and largest penetration over their travel [%]
+UNEVEN_TOLERANCE, SUNK_TOLERANCE = 5.0, 5.0
 
 
 class Compaction(FabricTest[CompactionRun]):

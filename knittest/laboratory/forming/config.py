@@ -53,12 +53,8 @@ class FormingRig(Rig):
     )
 
     @model_validator(mode="after")
-    def _sticks_more_than_it_slips(self) -> Self:
-        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
-        return self
-
-    @model_validator(mode="after")
     def _tools_fit(self) -> Self:
+        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
         check_blank(self.stamp, self.blank_width, self.blank_length)
         check_fit(self.stamp, self.die, self.holder if self.blank_holder_force > 0.0 else None, self.depth_mm)
         return self

@@ -41,17 +41,11 @@ class Formed:
         return np.asarray(self.height[np.isfinite(self.height) & ~self.on_die])
 
 
-def surface_nodes(mesh: Mesh) -> Index:
-    """Nodes of the mid-surface: all of a sheet, those of the reinforcing yarns of a meso model."""
-    cells = mesh.cells
-    if mesh.kind == "beams":
-        cells = cells[np.isin(mesh.part, [mesh.part_names.index(name) for name in ("warp", "weft")])]
-    return np.unique(cells)
-
-
 def formed(history: History, frame: Frame, tools: ToolSet, thickness: float, travel: float) -> Formed:
     """Mid-surface in ``frame``, the stamp ``travel`` [mm] down from its start on the blank of ``thickness`` [mm]."""
-    nodes = surface_nodes(history.mesh)
+    mesh = history.mesh  # the mid-surface is that of the sheet, or of the reinforcing yarns
+    inlays = np.isin(mesh.part, [k for k, name in enumerate(mesh.part_names) if name != "knit"])
+    nodes = np.unique(mesh.cells[inlays])
     start, now = history.frames[0].position[nodes], frame.position[nodes]
     half, offset, up = 0.5 * thickness, start[:, 2], np.array([0.0, 0.0, STEP])
     steep = np.cos(np.deg2rad(FOLLOWS))

@@ -14,14 +14,10 @@ from knittest.laboratory.forming.test import WRINKLED, allowed_depth, drawn, she
 from knittest.laboratory.forming.tool_check import moved_tools, tools_of
 from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, References, title_of
 
-#: share of the elements within the colours of a picture [%]
-SHOWN = 99.5
-#: least share of the work of a mechanism that is drawn
-DRAWN = 0.01
+#: share of the elements within the colours [%], least share of the work of a mechanism, picture over the blank's side
+SHOWN, DRAWN, AROUND = 99.5, 0.01, 1.06
 #: lines of one colour in a picture of mechanisms
 STYLES = ("-", "--", "-.", ":")
-#: picture beyond the blank, over its half side
-AROUND = 1.06
 
 
 class FormingReport(NoSize[FormingRun], FabricReport[FormingRun]):

@@ -27,10 +27,8 @@ WRINKLED = 0.5
 DEEPEST = 0.25
 #: least mass of the holder over the blank's: penalties of all touching nodes, 0.3 m / dt^2 each, against 4 M / dt^2
 LIGHTEST = 0.2
-#: radius about an inner corner of the stamp, over that of the corner, in which its shear angle is read
-NEAR_CORNER = 1.5
-#: percentile for the high values of a field
-HIGH = 95.0
+#: radius about an inner corner of the stamp over its own in which angles are read, and percentile for high values
+NEAR_CORNER, HIGH = 1.5, 95.0
 
 
 class Forming(FabricTest[FormingRun]):

@@ -22,10 +22,8 @@ from knittest.laboratory.strips import offsets, two_plates
 
 #: lengths of the picture [inch]: a map across, what lies left and right of it, above and below both, above each
 WIDE, LEFT, RIGHT, TOP, BOTTOM, HEAD = 7.8, 0.8, 1.4, 0.65, 1.0, 0.55
-#: least height of the scale [inch]
-SCALE = 1.6
-#: share of the loaded cells that the colours span
-SPANNED = 99.0
+#: least height of the scale [inch], and share of the loaded cells that the colours span
+SCALE, SPANNED = 1.6, 99.0
 
 
 def pressure_picture(

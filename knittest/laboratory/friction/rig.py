@@ -15,10 +15,8 @@ from knittest.laboratory.strips import AXIS, creeping
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import plate, ramp
 
-#: time over which the normal force is applied and over which it then settles [ms]
-PRESS, SETTLE = 1.0, 0.5
-#: time at which the pull begins [ms]
-PRESSED = PRESS + SETTLE
+#: time over which the normal force is applied, then settles, and at which the pull begins [ms]
+PRESS, SETTLE, PRESSED = 1.0, 0.5, 1.5
 #: share of the travel, at its end, over which the kinetic level and the pressure are means
 KINETIC_SHARE = 0.5
 #: travel [mm] at a share of the speed, in which a strip of shells begins to slip: a faster one would swing

@@ -19,10 +19,8 @@ from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.state import Observer, SimulationCost
 
-#: largest deviation of the normal force while the strip is pulled
-FORCE_TOLERANCE = 0.01
-#: penetration of the plates over the largest deformation of an element, the check of Pham et al. (2019), section 4.4
-PENETRATION_TOLERANCE = 1.0
+#: largest error of the normal force, and penetration over element deformation (Pham et al. 2019, section 4.4)
+FORCE_TOLERANCE, PENETRATION_TOLERANCE = 0.01, 1.0
 #: shells along a strip, one of them in each clamp
 LEAST_SHELLS = 3
 

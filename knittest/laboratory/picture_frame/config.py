@@ -47,13 +47,9 @@ class PictureFrameRig(Rig):
     imperfection_mm: ClassVar[Kernel[float]] = Kernel("imperfection")
 
     @model_validator(mode="after")
-    def _frame_holds_the_square(self) -> Self:
+    def _frame_can_move(self) -> Self:
         if self.frame_side is not None and self.frame_side < self.side:
             raise BoundsError(f"must be at least the side of the square, {self.side:g} mm", "frame_side")
-        return self
-
-    @model_validator(mode="after")
-    def _turns_are_turns(self) -> Self:
         if self.turns and self.cycles:
             raise BoundsError("cannot be combined with cycles: leave out one of both", "turns")
         ways = [b - a for a, b in pairwise([0.0, *self.turns, self.max_angle])]

@@ -147,7 +147,7 @@ def bars(history: History, sides: tuple[float, float]) -> list[Body]:
     stretch = np.column_stack([np.cos(half) - np.sin(half), np.cos(half) + np.sin(half), np.ones_like(half)])
     found = []
     for normal, names in enumerate(NAMES):
-        turn = Rotation.from_euler("z", half if normal == 1 else -half).as_matrix()
+        turn = Rotation.from_euler("z", (half if normal == 1 else -half)[:, None]).as_matrix()
         for name, way in zip(names, (-1.0, 1.0), strict=True):
             bar = _flat_bar(name, history, sides, normal, way)
             middle = turned(np.eye(3)[None, normal] * 0.5 * way * sides[normal])

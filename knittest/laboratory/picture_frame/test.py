@@ -134,7 +134,7 @@ def cycle_results(curve: Mapping[str, Array], energies: Mapping[str, Array], cou
 
 #: facts of the frame: its sides along weft and warp, from hinge to hinge
 FRAME_SIDES = ("frame_weft_mm", "frame_warp_mm")
-#: wrinkles begin where their amplitude passes this share of the thickness
+#: amplitude of the onset of wrinkles over the thickness
 ONSET = 0.5
 #: half the range of angles [deg] over which a force is averaged
 NEAR = 0.5

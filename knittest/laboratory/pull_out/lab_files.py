@@ -37,10 +37,8 @@ UNSURE = 0.1
 STEP = 0.02
 #: travel [mm] on both sides of the begin of sliding by whose rows the force is read, and largest distance of rows there
 NEAR, COARSE = 0.02, 0.04
-#: travel of the free end over that of the clamp while the inlay slides
-TOGETHER = (0.7, 1.1)
-#: largest share of the force that remains when an inlay is out
-GONE = 0.25
+#: travel of the free end over that of the clamp while sliding, and largest share of the force that remains at the end
+TOGETHER, GONE = (0.7, 1.1), 0.25
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,12 @@ from knittest.experiment.curves import ReferenceCurve, noted
 from knittest.experiment.lab_conditions import SERIES
 from knittest.experiment.tables import PublishedValue, left_out, with_factors, with_note
 from knittest.export.line_picture import Line
-from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.base import unless_one
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.lab_files import AT_REST, EACH, EACH_AT_REST, EDGES, MEAN, PEAK, TAIL, WORDS
 from knittest.laboratory.pull_out.sliding import SLIDES
 from knittest.laboratory.pull_out.test import CLAMPS, UNBALANCED, clamps
-from knittest.laboratory.report_base import CurveAxes, FabricReport, Gate, NoSize, References, title_of
+from knittest.laboratory.report_base import CurveAxes, FabricReport, Gate, NoSize, References
 from knittest.laboratory.strips import AXIS, pitch
 
 #: forces that grow with the embedded length
@@ -151,8 +150,6 @@ class PullOutReport(NoSize[PullOutRun], FabricReport[PullOutRun]):
                 lines.append(Line(curve["displacement_mm"], held, f"{friction:.3g} N per embedded crossing", ":"))
         self.draw_lines(run, lines, references, path, bands=())
 
-    def draw_specimen(self, run: PullOutRun, specimen: Specimen, folder: Path) -> None:
-        """Draw deformed.png."""
-        history, path = specimen.history, folder / "deformed.png"
-        note = f"inlay pulled by {history.curve['displacement_mm'][-1]:.1f} mm"
-        faces_picture(path, history.mesh, history.frames[-1], title=title_of(run), note=note)
+    def note(self, specimen: Specimen) -> str:
+        """Travel at the end."""
+        return f"inlay pulled by {specimen.history.curve['displacement_mm'][-1]:.1f} mm"

@@ -95,10 +95,8 @@ class PullOutTest(TestRig):
         return {"displacement_mm": self.speed.integral(time), "pull_force_n": pulled, "clamp_force_n": -held}
 
 
-#: yarns across the piece, of which clamps hold two and one is pulled
-LEAST_YARNS = 5
-#: largest difference of the forces of both clamps over the pull force [%]
-UNBALANCED = 5.0
+#: least number of yarns across the piece, and largest difference of the clamp forces over the pull force [%]
+LEAST_YARNS, UNBALANCED = 5, 5.0
 
 
 class PullOut(FabricTest[PullOutRun]):

@@ -81,10 +81,8 @@ def failure_strain(run: TensileRun) -> float:
     return float(fracture.value + LAST_YARNS * (fracture.sd or 0.0) + length + slack)
 
 
-#: samples by which the last one before a break may be early: a sample is a mean, and the break lowers the next one
-SAMPLES = 1.5
-#: samples that give the rate of the force
-RATE = 4
+#: samples by which the last one before a break may be early (a break lowers the next one), and for the rate of force
+SAMPLES, RATE = 1.5, 4
 
 
 def unresolved_peak(curve: Mapping[str, Array], passage: float) -> float:
