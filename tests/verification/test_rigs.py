@@ -89,7 +89,7 @@ def test_the_frame_angle_is_eq_1():
         ("friction", "rig.normal_force=0", "must be greater than 0"),
         ("cantilever", "rig.overhang=400", "longer than the strip"),
         ("picture-frame", "rig.max_angle=85", "must be at most 80"),
-        ("tensile", "solver.target_step=50", "shells are not mass-scaled"),
+        ("tensile", "solver.target_step=50", "has no mass scaling"),
         ("picture-frame", "rig.direction=warp", "unknown field"),
     ],
 )
