@@ -174,6 +174,11 @@ def assess(
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
 
+def check_limit(quality: Quality, value: float, limit: float, text: str, remedy: str = "") -> Quality:
+    """``quality``, failed with ``text`` and ``remedy`` where ``value`` is above its ``limit`` [%]."""
+    return quality.refusing(f"{text} (limit {limit:g} %){remedy}") if value > limit else quality
+
+
 def _more_rows(run: Run, prepared: Prepared, history: History, cost: SimulationCost, rows: slice) -> str:
     """Setting for 1.5 times the needed rows, which are a chunk of steps apart: more samples, or a lower speed."""
     times, duration = history.energies["time_ms"], prepared.duration

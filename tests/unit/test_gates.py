@@ -210,7 +210,7 @@ def test_too_few_rows_and_a_failure_long_before_the_peak_refuse() -> None:
     run, span = run_of("tensile"), Span(to_failure=True)
     assert not judged(replace(history(), first_failure=24), run, span).failures
     (reason,) = judged(replace(history(), first_failure=22), run, span).failures  # 210 of the 900 mJ at the peak
-    assert reason.startswith("the first failure comes at 23 % of the work at the largest force")
+    assert reason.startswith("the first failure comes at 23 % of the work up to the peak force")
     (reason,) = judged(history(), run, span).failures
     assert reason == "nothing failed up to rig.max_strain, so the peak force is no strength: raise rig.max_strain"
 

@@ -143,7 +143,7 @@ def test_a_biaxial_import_is_compared_at_its_own_ratio_alone(tmp_path, monkeypat
             continue
         with pytest.raises(InputError, match=r"tested at a strain ratio of 0\.5; .* strained 1 times"):
             own_curves(run, [corridor])
-        with pytest.raises(InputError, match=r"biaxial_force_n_per_mm: tested at a ratio of 0\.5"):
+        with pytest.raises(InputError, match=r"biaxial_force_n_per_mm: tested at a strain ratio of 0\.5"):
             report.scaled(run, rows)
 
 

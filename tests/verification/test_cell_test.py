@@ -87,7 +87,5 @@ def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:
               "output.samples=60"],
     )  # fmt: skip
     test = Cell()
-    with pytest.raises(
-        InputError, match=r"tears the warp yarns, which break at 0.20 %; rig\.max_strain=0\.\d+ would do"
-    ):
+    with pytest.raises(InputError, match=r"whose fracture strain is 0.20 %; use --set rig\.max_strain=0\.\d+"):
         test.solve(test.prepare(run), run, SILENT)

@@ -1,6 +1,6 @@
 """Report of the bias extension test: force and normalised force over the shear angle, and the zones of the strip."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,14 +10,13 @@ from knittest.base.errors import InputError
 from knittest.base.history import Body, Specimen
 from knittest.experiment.curves import FORCE, ReferenceCurve, noted
 from knittest.experiment.curves import normalised as of_frame
-from knittest.experiment.tables import PublishedValue
 from knittest.export.line_picture import Line
 from knittest.export.yarn_pictures import PULLED, faces_picture
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.strip import BiasStrip, pin_jointed_force, strip_of
 from knittest.laboratory.bias_extension.zones import material_of, zone_picture, zone_table
 from knittest.laboratory.given_data import matched_corridor
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, References, same_test, title_of
+from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, NoSize, References, same_test, title_of
 from knittest.laboratory.strips import STRIP_JAWS, strip_jaws
 from knittest.materials.trellis import ANGLE, NORMALISED
 
@@ -26,7 +25,7 @@ NORMALISED_LABEL = "normalised shear force [N/mm]"
 MAPPED = 30.0
 
 
-class BiasExtensionReport(FabricReport[BiasExtensionRun]):
+class BiasExtensionReport(NoSize[BiasExtensionRun], FabricReport[BiasExtensionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
@@ -34,10 +33,6 @@ class BiasExtensionReport(FabricReport[BiasExtensionRun]):
         labels={NORMALISED: NORMALISED_LABEL}, reach="rig.max_angle",
     )  # fmt: skip
     placed_by = STRIP_JAWS
-
-    def scaled(self, run: BiasExtensionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Normalised forces as they are: they do not depend on the size."""
-        return list(rows)
 
     def matched(self, run: BiasExtensionRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Normalise ``curve`` by its strip or frame; raises :class:`InputError` for another test or unknown size."""

@@ -91,7 +91,8 @@ class BiasStrip:
         array([6.45])
         """
         whole, partly = self.areas
-        return np.asarray(2.0 * (shear * whole + 0.5 * half * partly) / (self.middle * _lever(angle)))
+        lever = np.cos(0.5 * angle) - np.sin(0.5 * angle)  # 2 / L0 dd/dgamma
+        return np.asarray(2.0 * (shear * whole + 0.5 * half * partly) / (self.middle * lever))
 
     def conjugate(self, force: Array, angle: Array) -> Array:
         """S [N/mm] of the clamp's force [N] at ``angle`` [rad], rising, (n,): S(gamma) depends on S(gamma / 2)."""
@@ -111,7 +112,8 @@ class BiasStrip:
             ),
             shape=(n, n),
         )
-        found: Array = spsolve_triangular(system, 0.5 * pull * self.middle * _lever(grid))
+        lever = np.cos(0.5 * grid) - np.sin(0.5 * grid)
+        found: Array = spsolve_triangular(system, 0.5 * pull * self.middle * lever)
         return found[n - len(angle) :]
 
     def normalised(self, force: Array, angle: Array) -> Array:
@@ -122,11 +124,6 @@ class BiasStrip:
 def strip_of(run: BiasExtensionRun) -> BiasStrip:
     """Strip of a run."""
     return BiasStrip(run.rig.gauge_length_mm, run.rig.width_mm)
-
-
-def _lever(angle: Array) -> Array:
-    """2 / L0 dd/dgamma: cos gamma/2 - sin gamma/2."""
-    return np.asarray(np.cos(0.5 * angle) - np.sin(0.5 * angle))
 
 
 def pin_jointed_force(run: Run, strip: BiasStrip, angle: Array) -> Array:

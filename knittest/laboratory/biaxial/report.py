@@ -1,7 +1,7 @@
 """Report of the biaxial test: force per width over strain, both ways, the square at its largest force, the rails."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from knittest.laboratory.base import tension_curve
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.biaxial.test import SIDES, across
 from knittest.laboratory.given_data import matched_corridor
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, References, same_test, title_of
+from knittest.laboratory.report_base import CurveAxes, FabricReport, NoSize, References, same_test, title_of
 from knittest.laboratory.strips import AXIS, at_frames, jaw
 
 NAMES = (("left rail", "right rail"), ("lower rail", "upper rail"))
@@ -39,7 +39,7 @@ def rails(history: History, axis: int, sides: tuple[float, float]) -> list[Body]
 SAME_RATIO = 0.02
 
 
-class BiaxialReport(FabricReport[BiaxialRun]):
+class BiaxialReport(NoSize[BiaxialRun], FabricReport[BiaxialRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", FORCE_PER_WIDTH, "strain [%]", "force per width [N/mm]", peak="biaxial_strain_pct")
@@ -60,10 +60,6 @@ class BiaxialReport(FabricReport[BiaxialRun]):
     def size(self, run: BiaxialRun) -> tuple[float, str]:
         """No size: forces are per width."""
         return 1.0, f"square of {run.rig.side:g} mm, strains 1 : {run.rig.ratio:g}"
-
-    def size_free(self, run: BiaxialRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
-        """The curve as it is."""
-        return self.axes, dict(columns)
 
     def reference_curve(self, run: BiaxialRun) -> ReferenceCurve | None:
         """Corridor of the fabric's own biaxial tests."""

@@ -24,13 +24,9 @@ class CantileverRig(StripRig):
         "overhang: the strip is advanced until its chord has the angle of the plane (the laboratory)",
     )
     overhang: float | None = number(
-        None,
-        "mm",
-        "overhang; none: the mean measured one of the fabric's experiment, or an estimate by Eq. 2 for a chord angle "
-        "of 41.5 deg",
-        gt=0,
-        band=(5, 1000),
-    )
+        None, "mm", "overhang; none: the mean measured one of the fabric's experiment, or an estimate by Eq. 2 for a "
+        "chord angle of 41.5 deg", gt=0, band=(5, 1000),
+    )  # fmt: skip
     overhang_mm: ClassVar[Kernel[float | None]] = Kernel("overhang")
     plane_angle: float = number(41.5, "deg", "angle of the plane", gt=0, le=80)
     length: float = number(300.0, "mm", "length of the strip", gt=0, band=(10, 2000))

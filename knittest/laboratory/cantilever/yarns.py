@@ -137,8 +137,7 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     observer.overlaps(flat.overlaps)
     curl = -float(flat.settle(SETTLE, _from(observer, 0.0))[ENDS:-ENDS].mean())
     model.restore(fresh)
-    inlay = run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction)
-    stiffness = inlay * len(_tips(prepared, run))
+    stiffness = _inlay_stiffness(prepared, run)
     _bend(prepared, overhang, per_length, stiffness)
     course = _Course(prepared, run, cost, curl)
     moments, before = course.settle(SETTLE, _from(observer, FIRST)), _angle(prepared, run)
@@ -165,6 +164,10 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
         overhang, angle, course.carried(), weight, mounting.curvature(now), course.done, frames, course.done.converged,
         curl, angle - before, rubs=course.rubs,
     )  # fmt: skip
+
+
+def _inlay_stiffness(prepared: Prepared, run: CantileverRun) -> float:
+    return run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
 
 
 def _from(observer: Observer, share: float) -> Look:

@@ -9,7 +9,7 @@ from knittest.laboratory.base import Prepared
 from knittest.laboratory.compaction.config import CompactionRun
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, thickness_at, work
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.judging import Span
+from knittest.laboratory.judging import Span, check_limit
 from knittest.laboratory.strips import centred, creeping, cut, on_needles
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary, Readings
 from knittest.models.meso import build_meso
@@ -47,9 +47,8 @@ class CompactionTest(TestRig):
         self.ring_length = self.start
         self.most = run.rig.max_pressure_mpa * area
         speed, rise = run.solver.speed_mm_per_ms, run.solver.ramp_ms
-        full = REST + (
-            max(rise, 1e-9) + max(CREEP / (CREEP_SHARE * speed) - rise, 0.0)
-        )  # a ramp takes 1e-9 ms at least
+        # a ramp takes 1e-9 ms at least
+        full = REST + (max(rise, 1e-9) + max(CREEP / (CREEP_SHARE * speed) - rise, 0.0))
         self.closing = creeping(speed, CREEP_SHARE, rise, REST, full)
         end = self.closing.time[-1]
         self.duration = end + (MOST * self.start - self.closing.integral(end)) / speed
@@ -167,15 +166,10 @@ class Compaction(FabricTest[CompactionRun]):
         """Evaluate the standard checks, those of the plates, and whether the pressure is reached."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
-        if found["plate_difference_pct"] > UNEVEN_TOLERANCE:
-            quality = quality.refusing(
-                f"the forces of the plates differ by {found['plate_difference_pct']:.1f} % from {min(PRESSURES):g} kPa "
-                f"on (limit {UNEVEN_TOLERANCE:g} %): lower solver.speed"
-            )
-        if found["plate_sunk_pct"] > SUNK_TOLERANCE:
-            quality = quality.refusing(
-                f"plate penetration is {found['plate_sunk_pct']:.1f} % of the travel (limit {SUNK_TOLERANCE:g} %)"
-            )
+        apart, depth = found["plate_difference_pct"], found["plate_sunk_pct"]
+        text = f"the forces of the plates differ by {apart:.1f} % from {min(PRESSURES):g} kPa on"
+        quality = check_limit(quality, apart, UNEVEN_TOLERANCE, text, ": lower solver.speed")
+        quality = check_limit(quality, depth, SUNK_TOLERANCE, f"plate penetration is {depth:.1f} % of the travel")
         if found["largest_pressure_kpa"] < run.rig.max_pressure:
             quality = quality.refusing(
                 f"the plates closed by half the thickness at {found['largest_pressure_kpa']:.3g} kPa, before "

@@ -1,5 +1,6 @@
 """Config of the forming test: fields, presets, the size that is shown, and the origin of its results."""
 
+from collections.abc import Sequence
 from typing import ClassVar, Literal, Self, get_args
 
 from pydantic import Field, model_validator
@@ -77,36 +78,26 @@ class FormingRun(Run):
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
 
+#: lengths of the T-shaped stamp
+T = (
+    "bar_length", "bar_width", "stem_length", "stem_width", "edge_radius", "outer_corner_radius", "inner_corner_radius",
+)  # fmt: skip
+
+
+def _smaller(blank: float, depth: float, t: Sequence[float], radius: float, **tools: object) -> dict[str, object]:
+    """Sizes [mm] of a square ``blank``, its stroke, the stamps ``t`` and of ``radius``, and other ``tools``."""
+    stamp = {"t": dict(zip(T, t, strict=True)), "hemisphere": {"radius": radius}}
+    return {"blank_length": blank, "blank_width": blank, "depth": depth, "stamp": stamp, **tools}
+
+
 #: smaller blank, stroke and stamp of a meso run: a tenth and a half of the beams. Gaps and floor remain: the fabric is
 #: as thick
 SMALLER: dict[str, dict[str, object]] = {
-    "quick": {
-        "blank_length": 120.0,
-        "blank_width": 120.0,
-        "depth": 15.0,
-        "stamp": {
-            "t": {
-                "bar_length": 56.0, "bar_width": 20.0, "stem_length": 36.0, "stem_width": 20.0, "edge_radius": 4.0,
-                "outer_corner_radius": 5.0, "inner_corner_radius": 12.0,
-            },
-            "hemisphere": {"radius": 20.0},
-        },
-        "die": {"clearance": 6.0, "edge_radius": 4.0},
-        "holder": {"clearance": 6.0},
-    },
-    "standard": {
-        "blank_length": 230.0,
-        "blank_width": 230.0,
-        "depth": 28.0,
-        "stamp": {
-            "t": {
-                "bar_length": 105.0, "bar_width": 35.0, "stem_length": 70.0, "stem_width": 35.0, "edge_radius": 6.0,
-                "outer_corner_radius": 9.0, "inner_corner_radius": 16.0,
-            },
-            "hemisphere": {"radius": 35.0},
-        },
-        "die": {"edge_radius": 6.0},
-    },
+    "quick": _smaller(
+        120.0, 15.0, (56.0, 20.0, 36.0, 20.0, 4.0, 5.0, 12.0), 20.0, die={"clearance": 6.0, "edge_radius": 4.0},
+        holder={"clearance": 6.0},
+    ),
+    "standard": _smaller(230.0, 28.0, (105.0, 35.0, 70.0, 35.0, 6.0, 9.0, 16.0), 35.0, die={"edge_radius": 6.0}),
     "paper": {},
 }  # fmt: skip
 

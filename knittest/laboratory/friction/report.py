@@ -117,18 +117,17 @@ class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
         """Standard checks, normal force and penetration of the plates."""
         return [
             *super().gates(run),
-            Gate("normal force off", "results", "normal_force_error_pct", 100.0 * FORCE_TOLERANCE),
+            Gate("normal force off", "results", "normal_force_error_pct", FORCE_TOLERANCE),
             Gate(
                 "plate penetration over element deformation", "results", "penetration_over_deformation_pct",
-                100.0 * PENETRATION_TOLERANCE,
+                PENETRATION_TOLERANCE,
             ),
         ]  # fmt: skip
 
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
         """Corridor of the fabric's own strips under the same normal force."""
         curve = imported_corridor(run)
-        pressed = None if curve is None else curve.conditions.normal_force_n
-        if curve is None or pressed is None or not same(pressed, run.rig.normal_force_n):
+        if curve is None or not same(curve.conditions.normal_force_n or 0.0, run.rig.normal_force_n):
             return None
         return self.matched(run, curve)
 

@@ -32,6 +32,7 @@ class FrictionTest(TestRig):
 
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius
+        self.facts = {"lower_face_mm": faces[0], "upper_face_mm": faces[1]}
         self.ring_length = self.rig.length_mm
         speed = run.solver.speed_mm_per_ms
         full = PRESSED + 0.5 * run.solver.ramp_ms + CREEP / (CREEP_SHARE * speed)

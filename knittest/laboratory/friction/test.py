@@ -13,14 +13,14 @@ from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.lab_files import STICKS_OUT
 from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, pressure_map, pull_axis, shares
-from knittest.laboratory.judging import Span
+from knittest.laboratory.judging import Span, check_limit
 from knittest.laboratory.strips import along_and_across, carrying_width, cut, pitch, yarns_across
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.state import Observer, SimulationCost
 
-#: largest error of the normal force, and penetration over element deformation (Pham et al. 2019, section 4.4)
-FORCE_TOLERANCE, PENETRATION_TOLERANCE = 0.01, 1.0
+#: largest error of the normal force, and penetration over element deformation [%] (Pham et al. 2019, section 4.4)
+FORCE_TOLERANCE, PENETRATION_TOLERANCE = 1.0, 100.0
 #: shells along a strip, one of them in each clamp
 LEAST_SHELLS = 3
 
@@ -57,7 +57,7 @@ class Friction(FabricTest[FrictionRun]):
         model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
         half = 0.5 * run.fabric.thickness_mm
         test = FrictionTest(run, pull_axis(run), (-half, half), np.full(model.n_nodes, half))
-        facts = {"width_mm": rig.width_mm, "area_mm2": rig.length_mm * rig.width_mm} | _faces(test.faces)
+        facts = {"width_mm": rig.width_mm, "area_mm2": rig.length_mm * rig.width_mm} | test.facts
         return Prepared(model, test, facts=facts)
 
     def mount_yarns(self, run: FrictionRun, specimen: int, observer: Observer) -> Prepared:
@@ -70,7 +70,7 @@ class Friction(FabricTest[FrictionRun]):
         test = FrictionTest(run, pull_axis(run), (float((z - radius).min()), float((z + radius).max())), radius)
         width = carrying_width(run, direction, specimen)
         facts = {"yarns_across": float(across), "width_mm": width, "area_mm2": along * period * width}
-        return Prepared(model, test, yarns=piece.table, facts=facts | _faces(test.faces))
+        return Prepared(model, test, yarns=piece.table, facts=facts | test.facts)
 
     def finish(self, run: FrictionRun, prepared: Prepared, history: History) -> History:
         """Return energies from the pull on: those of pressing a thick strip say nothing of it."""
@@ -99,24 +99,15 @@ class Friction(FabricTest[FrictionRun]):
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
         error, sunk = found["normal_force_error_pct"], found["penetration_over_deformation_pct"]
-        if error > 100.0 * FORCE_TOLERANCE:
-            quality = quality.refusing(
-                f"normal force deviates by {error:.1f} % during the pull (limit {100.0 * FORCE_TOLERANCE:g} %)"
-            )
-        if sunk > 100.0 * PENETRATION_TOLERANCE:
-            quality = quality.refusing(
-                f"plate penetration is {sunk:.0f} % of the largest element deformation "
-                f"(limit {100.0 * PENETRATION_TOLERANCE:g} %)"
-            )
-        return quality
+        quality = check_limit(
+            quality, error, FORCE_TOLERANCE, f"normal force deviates by {error:.1f} % during the pull"
+        )
+        text = f"plate penetration is {sunk:.0f} % of the largest element deformation"
+        return check_limit(quality, sunk, PENETRATION_TOLERANCE, text)
 
     def span(self, history: History) -> Span:
         """Return the span of the pull, at the latest from the samples of the static force on."""
         return Span(reported_from=static_force(history.curve)[1])
-
-
-def _faces(faces: tuple[float, float]) -> dict[str, float]:
-    return {"lower_face_mm": faces[0], "upper_face_mm": faces[1]}
 
 
 def static_force(curve: Mapping[str, np.ndarray]) -> tuple[float, float]:

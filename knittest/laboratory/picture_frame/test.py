@@ -184,7 +184,7 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         assert isinstance(rig, PictureFrameTest)
 
         def judged(state: Simulation, energies: dict[str, Array]) -> dict[str, Array]:
-            return _without_rigid_motion(rig, energies, mass, state.frames[0].position)
+            return _own_energies(rig, energies, mass, state.frames[0].position)
 
         return row_check(run, prepared.restarts, "frame_shear_angle_deg", ANGLES[0] - NEAR, judged)
 
@@ -196,13 +196,11 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         found = forces_at(history, run.rig.max_angle)
         if history.curve["frame_shear_angle_deg"].max() >= MAPPED:
             frame = frame_at(history, MAPPED)
-            wrinkles, angles = (
-                measure_wrinkles(frame, history, run.rig.side_mm),
-                material_angles(history.mesh, frame)[0],
-            )
+            wrinkles = measure_wrinkles(frame, history, run.rig.side_mm)
+            angles = angle_scatter(material_angles(history.mesh, frame)[0])
             found |= {
-                "material_shear_angle_deg_at_40deg": angle_scatter(angles).mean,
-                "material_shear_angle_sd_deg_at_40deg": angle_scatter(angles).sd,
+                "material_shear_angle_deg_at_40deg": angles.mean,
+                "material_shear_angle_sd_deg_at_40deg": angles.sd,
                 "wrinkle_amplitude_mm_at_40deg": wrinkles.amplitude,
                 "wrinkle_count_at_40deg": float(wrinkles.count),
             }
@@ -213,7 +211,7 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         """Evaluate the standard checks without the kinetic energy of evenly sheared fabric, and whether it locks."""
         rig, energies = prepared.rig, history.energies
         assert isinstance(rig, PictureFrameTest)
-        energies = _without_rigid_motion(rig, energies, prepared.model.mass, history.frames[0].position)
+        energies = _own_energies(rig, energies, prepared.model.mass, history.frames[0].position)
         history = replace(history, energies=energies)
         return super().assess(run, prepared, history, cost).warning(*locking(history, run.rig.max_angle))
 
@@ -222,9 +220,7 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         return Span.from_value(history, "frame_shear_angle_deg", ANGLES[0] - NEAR)
 
 
-def _without_rigid_motion(
-    rig: PictureFrameTest, energies: dict[str, Array], mass: Array, start: Array
-) -> dict[str, Array]:
+def _own_energies(rig: PictureFrameTest, energies: dict[str, Array], mass: Array, start: Array) -> dict[str, Array]:
     own = rig.carried(energies, mass, start)
     spent = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)
     ratio = np.abs(energies["kinetic_mj"] - own) / np.maximum(spent, 1e-30)

@@ -83,9 +83,7 @@ def _pulled(r: Recording) -> Pulled:
         force, r.given.preload, r.where, ("the inlay begins to slide at", lets_go, "friction of the yarn")
     )
     measured, edges = "free_end" in r.values, r.given.clamped
-    one = Pulled(
-        **origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured
-    )  # fmt: skip
+    one = Pulled(**origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured)
     held, out = tail <= length - LEFT * one.pitch, tail >= length + one.pitch
     before, after = (float(force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
     if after > GONE * before:
@@ -194,11 +192,7 @@ def _results(pulls: Sequence[Pulled]) -> Results:
     lets_go, peak, mean, each = np.array([[one.at_rest, one.peak, one.mean, one.per_crossing] for one in found]).T
     rows = {AT_REST: lets_go, PEAK: peak, MEAN: mean, EACH_AT_REST: lets_go / crossings, EACH: each}
     checks.refuse_apart(pulls, mean, "force while it slides", "N")
-    clamped, pitches = pulls[0].clamped, min(int(one.way * density / 100.0 + 1e-6) for one in found)
-    conditions = [
-        (EMBEDDED, length), (CROSSING_DENSITY, density), (CLAMPED_EDGES, EDGES[clamped]),
-        (SLID_PITCHES, float(pitches)),
-    ]  # fmt: skip
+    clamped, slid = pulls[0].clamped, float(min(int(one.way * density / 100.0 + 1e-6) for one in found))
     remarks = [
         f"at rest: at a travel of the free end of {SLIDES:g} mm; largest: up to half a pitch; slides: mean over whole "
         "pitches; as in a run"
@@ -215,7 +209,9 @@ def _results(pulls: Sequence[Pulled]) -> Results:
     curves = [(tail[1:], force[1:]) for tail, force in (_averaged(s.tail, s.force) for s in pulls)]  # rising
     corridor = band(curves, min(float(tail[-1]) for tail, _ in curves), "sliding")
     return Results(
-        rows, UNITS, conditions, ("pull-out", f"with {length:g} mm embedded, {WORDS[clamped]}"),
+        rows, UNITS,
+        [(EMBEDDED, length), (CROSSING_DENSITY, density), (CLAMPED_EDGES, EDGES[clamped]), (SLID_PITCHES, slid)],
+        ("pull-out", f"with {length:g} mm embedded, {WORDS[clamped]}"),
         checks.digests(pulls, [(one.tail, one.force) for one in pulls]),
         [(HEADS[name], ".4g", values) for name, values in rows.items()], remarks,
         Curves(curves, corridor, (TAIL, FORCE, FORCE_SD), ("travel of the free end [mm]", "pull force [N]")),

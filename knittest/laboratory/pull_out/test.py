@@ -12,6 +12,7 @@ from knittest.fabric.strip import YarnPath
 from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.fabric_test import FabricTest, TestRig
+from knittest.laboratory.judging import check_limit
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.sliding import LEFT, sliding
 from knittest.laboratory.strips import AXIS, along_and_across, cut, jaw, offsets, pitch, plate_block, yarns_across
@@ -168,12 +169,9 @@ class PullOut(FabricTest[PullOutRun]):
                 f"the inlay slides by {found['slid_mm']:.2f} mm, less than a pitch of {period:.2f} mm: use "
                 f"--set rig.travel={run.rig.travel + 1.2 * (period - found['slid_mm']):.3g}"
             )
-        if found["clamp_difference_pct"] > UNBALANCED:
-            quality = quality.refusing(
-                f"the clamp forces differ by {found['clamp_difference_pct']:.1f} % of the mean pull force (limit "
-                f"{UNBALANCED:g} %): lower solver.speed"
-            )
-        return quality
+        apart = found["clamp_difference_pct"]
+        text = f"the clamp forces differ by {apart:.1f} % of the mean pull force"
+        return check_limit(quality, apart, UNBALANCED, text, ": lower solver.speed")
 
 
 def with_tail(history: History, facts: dict[str, float], axis: int) -> History:
