@@ -94,7 +94,9 @@ def test_ways_in_another_unit_do_not_fit_the_embedded_length(tmp_path):
         found(pull(export(tmp_path / "a.csv", head=both.format("cm"), step=0.02)))
     with pytest.raises(InputError, match=r"N where all 50 mm are out, .* N before; expected about 0"):
         found(pull(export(tmp_path / "b.csv", head=both.format("cm"), step=0.004, travel=30.0)))
-    with pytest.raises(InputError, match=r"slide by 1\.\d+ mm .* at least the distance of the crossings, 3\.57"):
+    with pytest.raises(
+        InputError, match=r"slide of all inlays is 1\.\d+ mm; .* at least the distance of the crossings, 3\.57"
+    ):
         found(pull(export(tmp_path / "c.csv", factors=(0.1, 0.1, 1.0))))
     with pytest.raises(
         InputError, match=r"0\.2 mm between the rows where the inlay begins to slide; expected at most 0\.04 mm"

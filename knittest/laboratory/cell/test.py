@@ -106,9 +106,8 @@ class Recorder:
 
     def __init__(self, run: CellRun, mount: CellTest, observer: Observer) -> None:
         self.run, self.mount, self.model, self.observer = run, mount, mount.model, observer
-        fabric = run.fabric
-        fracture = dict.fromkeys(("warp", "weft"), fabric.reinforcing.fracture_strain_fraction)
-        self.fracture = fracture | {"knit": fabric.knitting.fracture_strain_fraction}
+        inlay, loop = (yarn.fracture_strain_fraction for yarn in (run.fabric.reinforcing, run.fabric.knitting))
+        self.fracture = {"warp": inlay, "weft": inlay, "knit": loop}
         self.reached = 0.0
 
     def __getattr__(self, name: str) -> Any:

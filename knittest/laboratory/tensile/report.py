@@ -45,7 +45,9 @@ class TensileReport(FabricReport[TensileRun]):
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Scale forces to the width of the run, and those of whole yarns to that width."""
         width, factors = run.rig.width_mm, self.factors(run)
-        return [with_factors(for_width(row, width), factors, _yarns(run)) if row.unit == "N" else row for row in rows]
+        return [
+            with_factors(for_width(row, width), factors, _yarns(run)[1]) if row.unit == "N" else row for row in rows
+        ]
 
     def factors(self, run: TensileRun) -> tuple[float, ...]:
         """Yarns in a real strip over the whole yarns of each specimen: width x density / yarns."""
@@ -90,7 +92,7 @@ class TensileReport(FabricReport[TensileRun]):
         """Force [N] for the width of the run; strain is relative, and a note states another gauge length."""
         curve = strip_force(same_test(run, curve), run.rig.width_mm)
         if factors := self.factors(run):
-            curve = noted(curve, factor_note(factors, _yarns(run)))
+            curve = noted(curve, factor_note(factors, _yarns(run)[1]))
         gauge, own = curve.conditions.gauge_length_mm, run.rig.gauge_length_mm
         if gauge is None or math.isclose(gauge, own, rel_tol=EXACT):
             return curve
@@ -128,17 +130,15 @@ class TensileReport(FabricReport[TensileRun]):
         line_picture.curve_picture(
             path, [s.history.curve for s in whole], title=title_of(run), references=shown, end_point=end_point,
             corridor=_shown(whole) if len(whole) > 1 else None,
-            yarns=(_in_the_width(run), _yarns(run), run.rig.direction) if meso else None,
+            yarns=(*_yarns(run), run.rig.direction) if meso else None,
         )  # fmt: skip
 
 
-def _yarns(run: TensileRun) -> str:
+def _yarns(run: TensileRun) -> tuple[float, str]:
+    """Yarns in the width of the real strip, and the same with those of the model, in words."""
     counts = {yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)}
-    return f"{' or '.join(map(str, sorted(counts)))} yarns modelled, {_in_the_width(run):.4g} in the real strip"
-
-
-def _in_the_width(run: TensileRun) -> float:
-    return run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
+    whole = run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
+    return whole, f"{' or '.join(map(str, sorted(counts)))} yarns modelled, {whole:.4g} in the real strip"
 
 
 def corridor(specimens: list[Specimen]) -> Corridor:
