@@ -91,9 +91,10 @@ class TestKind:
     run: str
     test: str
     report: str
-    #: ``module:name`` of functions of a run: its size in words, and length and width [mm] of its sheet of shells
-    size: str = ""
-    sheet: str = ""
+    #: its size in words, formatted with its ``rig``, and fields of the rig with length and width [mm] of its sheet of
+    #: shells; or ``module:name`` of a function of a run that returns them
+    size: str | tuple[str, ...] = ""
+    sheet: str | tuple[str, str] = ""
     #: ``module:name`` of the share of its motion after which a run, with what is prepared of it, will have failed
     lasting: str = ""
     #: ``module:name`` of what ``knittest check`` looks at before its model is made: lines and numbers of a run, with a
@@ -174,8 +175,9 @@ class TestKind:
         return {name.replace("-", "_"): field for name, (field, _) in {**self.shortcuts, **self.texts}.items()}
 
     def load(self, part: str) -> Any:
-        """Object that the field ``part`` names; raises :class:`InputError` where it is not there."""
-        return _object(getattr(self, part), f"test {self.name}: {part}")
+        """Object that the field ``part`` names or states; raises :class:`InputError` where it is not there."""
+        value = getattr(self, part)
+        return value if isinstance(value, tuple) else _object(value, f"test {self.name}: {part}")
 
 
 @cache

@@ -1,4 +1,4 @@
-"""Part of a test after its specimen has come to rest in the rig, and its restart at a lower speed."""
+"""Part of a test after its specimen has come to rest in the rig, and the restart at a lower speed."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -11,16 +11,14 @@ from knittest.config.run import Run
 from knittest.laboratory.judging import losses
 from knittest.solve.state import Simulation, TooFastError
 
-#: columns of the energies that are no sum over the time
+#: columns of the energies that are not accumulated
 MOMENTARY = ("time_ms", "kinetic_mj", "kinetic_ratio", "energy_error")
 #: least work [mJ] in a ratio
 LEAST = 1e-9
 
 
 def after_rest(history: History, begin: float) -> History:
-    """``history`` from the time ``begin`` [ms] on: curve without what was before, energies and losses counted from the
-    last row before it; frames as they are, whose first is the specimen as laid out.
-    """
+    """``history`` from the time ``begin`` [ms] on: energies and losses count from the last row before it."""
     energies = history.energies
     start = max(int(np.searchsorted(energies["time_ms"], begin, side="right")) - 1, 0)
     later = slice(min(start + 1, len(energies["time_ms"]) - 1), None)
@@ -29,37 +27,29 @@ def after_rest(history: History, begin: float) -> History:
     if not curve_from.any():
         curve_from[-1] = True
     failure = history.first_failure
+    elastic = sum(v for name, v in counted.items() if name.startswith("internal_"))
+    spent = elastic + counted["contact_mj"] + counted["hourglass_mj"] + counted["friction_mj"]
+    work = np.abs(counted["external_mj"])
+    largest = np.maximum(work, np.concatenate([[0.0], work[:-1]]))
+    counted["kinetic_ratio"] = counted["kinetic_mj"] / np.maximum(spent, LEAST)
+    counted["energy_error"] = np.abs(counted["balance_error_mj"]) / np.maximum(largest, LEAST)
     return replace(
         history,
         curve={name: values[curve_from] for name, values in history.curve.items()},
-        energies=counted | _ratios(counted),
+        energies=counted,
         contacts={name: values[later] for name, values in history.contacts.items()},
         first_failure=None if failure is None else max(failure - later.start, 0),
     )
 
 
-def _ratios(energies: dict[str, Array]) -> dict[str, Array]:
-    """Kinetic energy over elastic energy and friction, and error over work, as every test has them, (n_rows,)."""
-    elastic = sum(v for name, v in energies.items() if name.startswith("internal_"))
-    taken = elastic + energies["contact_mj"] + energies["hourglass_mj"] + energies["friction_mj"]
-    work = np.abs(energies["external_mj"])
-    largest = np.maximum(work, np.concatenate([[0.0], work[:-1]]))
-    return {
-        "kinetic_ratio": energies["kinetic_mj"] / np.maximum(taken, LEAST),
-        "energy_error": np.abs(energies["balance_error_mj"]) / np.maximum(largest, LEAST),
-    }
-
-
-# Restart of a test at a lower speed, where a share of its energies that goes with the speed exceeds its limit.
-#
-# The kinetic energy goes with the square of the speed, damping roughly with the speed. The damping of contacts falls
-# little where beams are coarse, so that damping lowers the speed once only.
+# Restart of a test at a lower speed, when an energy ratio exceeds its limit. Kinetic energy grows with the square of
+# the speed, damping about with the speed. That of contacts of coarse beams falls little: damping lowers the speed once.
 
 #: result of a test that lowers its speed: the speed of the test
 SPEED = "run_speed_m_per_s"
-#: part of its limit to which a lower speed brings a share that exceeds it
+#: share of its limit that a ratio has at the lower speed
 AIM = 0.5
-#: shares of energies that go with the speed, and the limit of each; the first one goes with its square
+#: energy ratios that depend on the speed, and their limits; the first one grows with its square
 KINETIC, DAMPING, CONTACTS = "kinetic energy", "damping", "damping of contacts"
 LIMITS = {KINETIC: "max_kinetic_ratio", DAMPING: "max_damping", CONTACTS: "max_contact_damping"}
 
@@ -70,17 +60,17 @@ def at_speed(run: Run, speed: float) -> Run:
 
 
 def at_result_speed(run: Run, results: Mapping[str, float | None]) -> Run:
-    """``run`` at the speed of its ``results``, which is lower where the test restarted."""
+    """``run`` at the speed of its ``results``, lower after a restart."""
     return at_speed(run, results.get(SPEED) or run.solver.speed)
 
 
 def kept_speed(run: Run, results: Mapping[str, float | None]) -> bool:
-    """Tell whether the test of ``run``, which has the ``results``, did not restart at a lower speed."""
+    """Tell whether the test of ``run`` with the ``results`` did not restart at a lower speed."""
     return (results.get(SPEED) or run.solver.speed) == run.solver.speed
 
 
 def check_speed(run: Run, restarts: tuple[str, ...], quality: Quality) -> None:
-    """Raise :class:`TooFastError` where ``quality`` fails by shares among ``restarts``, and by nothing else."""
+    """Raise :class:`TooFastError` where ``quality`` fails by the ratios ``restarts`` alone."""
     shares = {
         KINETIC: quality.ke_over_ie_max, DAMPING: quality.damping_over_work_max,
         CONTACTS: quality.contact_damping_over_work_max,
@@ -97,11 +87,7 @@ def row_check(
     least: float,
     judged: Callable[[Simulation, dict[str, Array]], dict[str, Array]] = lambda state, energies: energies,
 ) -> Callable[[Simulation], None]:
-    """Check of the newest row, as :func:`check_speed`, once ``column`` of the curve has come to ``least``.
-
-    ``judged`` gives the energies that are judged, of all that a row has. What it takes from the work of the newest row
-    it takes from the largest one too.
-    """
+    """Make the check of the newest row from ``least`` of the curve's ``column`` on; ``judged`` leaves out energies."""
 
     def check(state: Simulation) -> None:
         if not restarts or state.rows[-1][column] < least:
@@ -118,7 +104,7 @@ def row_check(
 
 
 def _check(run: Run, restarts: tuple[str, ...], shares: Mapping[str, float]) -> None:
-    """Raise :class:`TooFastError` where one of ``shares`` [-] among ``restarts`` exceeds its limit."""
+    """Raise :class:`TooFastError` where one of ``shares`` [-] named in ``restarts`` exceeds its limit."""
     lower, texts = 1.0, []
     for name in restarts:
         share, limit = 100.0 * shares[name], float(getattr(run.solver, LIMITS[name]))

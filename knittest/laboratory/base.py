@@ -1,40 +1,41 @@
-"""Parts that all tests share: a prepared specimen, the interface of a test, the part of a tension curve that shells
-reach.
-"""
+"""Parts that all tests share: a prepared specimen, the interface of a test, and tension curves of the macro model."""
 
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir
-from knittest.base.history import History, Quality
+from knittest.base.history import Array, History, Quality
 from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
 from knittest.config.yarn import TENACITY
 from knittest.experiment.compare import STRAIN
+from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve, per_width
 from knittest.experiment.origin import borrowed
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.laminate import laminate
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
+from knittest.models.macro import ALONG, build_sheet, self_contact
 from knittest.solve.state import SILENT, Observer, Rig, SimulationCost
 
-#: a fracture strain may stand this share before the strain at the largest force: rounding, and the mean of peaks
+Index = NDArray[np.int64]
+
+#: a fracture strain may lie this share before the strain at the largest force: rounding, and the mean of peaks
 MARGIN = 0.02
 
 
 @dataclass(frozen=True)
 class Reach:
-    """Largest force of a curve, at ``end`` [%], beside the ``fracture_strain`` of its ``direction``.
-
-    ``lost`` is the share of that force which the shells do not reach [-]; ``borrowed``: the curve is another fabric's.
-    """
+    """Largest force of a tension curve at ``end`` [%], of which the macro model misses the share ``lost`` [-]."""
 
     direction: Direction
     end: float
@@ -47,39 +48,33 @@ class Reach:
         """Tell whether the fracture strain lies before the largest force by more than the margin."""
         return self.fracture_strain.value < (1.0 - MARGIN) * self.end
 
-    @property
-    def is_blunder(self) -> bool:
-        """Tell whether nobody vouches for the number that cuts the fabric's own curve."""
-        return self.is_cut and self.fracture_strain.source == "assumed" and not self.borrowed
-
     def text(self) -> str:
-        """Sentence on what is cut, and by how much."""
+        """Say which curve is cut, and by how much."""
         strain = self.fracture_strain
         return (
             f"macro.fracture_strain.{self.direction} = {strain.value:g} % ({strain.source}) cuts macro.tension."
-            f"{self.direction}, whose largest force is at {self.end:.4g} %: {100.0 * self.lost:.0f} % of it are lost"
+            f"{self.direction} before its largest force at {self.end:.4g} %; {100.0 * self.lost:.0f} % of this force "
+            "are not reached"
         )
 
 
 def reaches(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> list[Reach]:
-    """Parts of its tension ``curves`` that the fracture strains of ``fabric`` leave."""
-    owners = borrowed(fabric)
-    found = []
+    """Part of each tension curve up to the fracture strain of ``fabric``."""
+    owners, found = borrowed(fabric), []
     for direction, curve in curves.items():
         top, strain = int(np.argmax(curve.mean)), fabric.macro.fracture_strain.of(direction)
         lost = 1.0 - float(np.interp(strain.value, curve.x, curve.mean)) / float(curve.mean[top])
-        end = float(curve.x[top])
-        found.append(Reach(direction, end, strain, lost, f"macro.tension.{direction}" in owners))
+        found.append(Reach(direction, float(curve.x[top]), strain, lost, f"macro.tension.{direction}" in owners))
     return found
 
 
 def refuse_blunders(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> None:
     """Raise :class:`InputError` for an assumed fracture strain that cuts a curve of the fabric's own."""
     for one in reaches(fabric, curves):
-        if one.is_blunder:
+        if one.is_cut and one.fracture_strain.source == "assumed" and not one.borrowed:
             raise InputError(
-                f"fabric {fabric.name}, {one.text()}; expected that of your tests, about {one.end:.3g} %, with its "
-                "source (knittest new NAME --from FOLDER takes it over from the import)"
+                f"fabric {fabric.name}: {one.text()}. Give the strain at the largest force of your tests, about "
+                f"{one.end:.3g} %, with its source (knittest new NAME --from FOLDER copies it from the import)"
             )
 
 
@@ -90,14 +85,27 @@ def refuse_too_strong(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]
         if (top := float(np.max(curve.mean))) > most:
             raise InputError(
                 f"fabric {fabric.name}, macro.tension.{direction} ({curve.file}): {top:.4g} N/mm at area_mass = "
-                f"{fabric.area_mass.value:g} g/m2, expected at most {most:.4g} N/mm, {TENACITY:g} N/tex as of fibres: "
-                "the force of a whole strip? Then name the column force_n, under a line # strip_width_mm: ..."
+                f"{fabric.area_mass.value:g} g/m2 exceeds the strength of fibres ({TENACITY:g} N/tex: {most:.4g} N/mm)."
+                " If it is the force of a whole strip, name the column force_n and add a line # strip_width_mm: ..."
             )
 
 
-def cut_curves(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> tuple[str, ...]:
-    """A warning for each curve that a stated fracture strain cuts."""
-    return tuple(one.text() for one in reaches(fabric, curves) if one.is_cut)
+def tension_curves(fabric: Fabric) -> dict[Direction, ReferenceCurve]:
+    """:func:`tension_curve` of both directions."""
+    return {d: tension_curve(fabric, d) for d in fabric.macro.tension}
+
+
+def cut_curve_warnings(run: Run) -> tuple[str, ...]:
+    """Warn of each curve that a stated fracture strain cuts, of a macro model."""
+    if run.model.scale != "macro":
+        return ()
+    return tuple(one.text() for one in reaches(run.fabric, tension_curves(run.fabric)) if one.is_cut)
+
+
+def unless_one(factors: Iterable[float]) -> tuple[float, ...]:
+    """``factors``; empty where all are 1."""
+    found = tuple(factors)
+    return () if all(math.isclose(factor, 1.0, rel_tol=EXACT) for factor in found) else found
 
 
 #: the run of a test
@@ -105,7 +113,7 @@ RunT = TypeVar("RunT", bound=Run, contravariant=True)
 
 
 class Holder(ABC):
-    """A mount that only holds: the test looks for a state of rest, and no time passes."""
+    """A mount that only holds the model, of a test that looks for an equilibrium without time."""
 
     @abstractmethod
     def constrain(self, boundary: Boundary) -> None:
@@ -114,12 +122,7 @@ class Holder(ABC):
 
 @dataclass(frozen=True)
 class Prepared:
-    """A model with its rig, or with a holder where nothing moves.
-
-    ``yarns`` is the table of drawn yarns, ``facts`` numbers that results need, ``notes`` what the model leaves out.
-    ``restarts`` are the shares of energies by which the test may restart at a lower speed
-    (:mod:`knittest.laboratory.after_rest`).
-    """
+    """A model with its rig or holder, ``yarns``, ``facts`` for results, ``notes``, and ratios for ``restarts``."""
 
     model: ExplicitModel
     mount: Rig | Holder
@@ -131,31 +134,31 @@ class Prepared:
 
     @property
     def rig(self) -> Rig:
-        """Rig that moves the model; raises :class:`TypeError` where it is only held."""
+        """Rig that moves the model; raises :class:`TypeError` for a holder."""
         if isinstance(self.mount, Holder):
-            raise TypeError(f"{type(self.mount).__name__} only holds the model: it has no motion to simulate")
+            raise TypeError(f"{type(self.mount).__name__} is a holder: it has no motion to simulate")
         return self.mount
 
     @property
     def duration(self) -> float:
-        """Longest time [ms] of the test; none passes where the model is only held."""
+        """Longest time [ms] of the test; 0 for a holder."""
         return 0.0 if isinstance(self.mount, Holder) else self.mount.duration
 
 
 class Test(Protocol[RunT]):
     """A test of the laboratory, of one kind of runs."""
 
-    #: whether a failure of the specimen ends it before the rig's motion does
+    #: whether a failure of the specimen ends the test early
     ends_at_failure: bool
-    #: whether a test of yarns restarts at a lower speed where a share of its energies exceeds its limit
+    #: whether a meso test restarts at a lower speed when an energy ratio exceeds its limit
     lowers_speed: bool = False
 
     def completed(self, run: RunT) -> tuple[Run, str]:
-        """``run`` with an estimate of what it leaves open, and a sentence that says so; as it is, and none."""
+        """Estimate what ``run`` leaves open; return the run and a sentence on the estimate, empty if none is needed."""
         return run, ""
 
     def refuse(self, run: RunT) -> None:
-        """Raise :class:`InputError` for a run that no specimen fits, as far as that is known before one is made."""
+        """Raise :class:`InputError` for a run without a possible specimen, before one is made."""
         return
 
     @abstractmethod
@@ -164,35 +167,31 @@ class Test(Protocol[RunT]):
 
     @abstractmethod
     def solve(self, prepared: Prepared, run: RunT, observer: Observer) -> tuple[History, SimulationCost]:
-        """Run it."""
+        """Simulate the test."""
 
     def finish(self, run: RunT, prepared: Prepared, history: History) -> History:
-        """Return what is read of a ``history`` of this test, whole or ended early; by default all of it."""
+        """Return the part of a ``history``, whole or ended early, from which results are read: all by default."""
         return history
 
     @abstractmethod
     def results(self, run: RunT, prepared: Prepared, history: History) -> dict[str, float]:
-        """Numbers of summary.json, with their unit in the name."""
+        """Return the numbers of summary.json, with their unit in the name."""
 
     @abstractmethod
     def assess(self, run: RunT, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """Quality gates."""
+        """Evaluate the quality checks."""
 
 
 def fabric_laminate(run: Run) -> Laminate:
-    """Laminate of the run's fabric with its tension curves.
-
-    Raises :class:`InputError` for a card that is not complete, for mass scaling, which shells lack, for an assumed
-    fracture strain that cuts a curve of the fabric's own, and for a curve beyond the strength of fibres.
-    """
+    """Laminate of the run's fabric with its tension curves; raises :class:`InputError` for an unfit card."""
     if missing := run.fabric.macro.missing:
         raise InputError(
-            f"fabric {run.fabric.name}: macro.{', macro.'.join(missing)} are missing: knittest homogenise --from cell "
-            "derives them from the yarns and writes a fabric file that has them"
+            f"fabric {run.fabric.name}: missing macro.{', macro.'.join(missing)}; knittest homogenise --from cell "
+            "derives them from the yarns and writes the complete fabric file"
         )
     if run.solver.target_step is not None:
         raise InputError(
-            f"solver.target_step = {run.solver.target_step:g} us: shells are not mass-scaled; leave it out"
+            f"solver.target_step = {run.solver.target_step:g} us: a macro model has no mass scaling; remove it"
         )
     curves = tension_curves(run.fabric)
     refuse_blunders(run.fabric, curves)
@@ -200,22 +199,17 @@ def fabric_laminate(run: Run) -> Laminate:
     return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()}, shear_curve(run))
 
 
-def tension_curves(fabric: Fabric) -> dict[Direction, ReferenceCurve]:
-    """:func:`tension_curve` of both directions."""
-    return {d: tension_curve(fabric, d) for d in fabric.macro.tension}
-
-
-def cut_curve_warnings(run: Run) -> tuple[str, ...]:
-    """A warning for each curve of which the shells of ``run`` reach a part only."""
-    return cut_curves(run.fabric, tension_curves(run.fabric)) if run.model.scale == "macro" else ()
+def sheet_model(
+    run: Run, points: Array, cells: Index, warp: ArrayLike = ALONG, strength: Array | None = None
+) -> ExplicitModel:
+    """Shells of the run's fabric at ``points`` (n, 3) [mm] with corners ``cells`` (n_el, 4)."""
+    fabric, contact = run.fabric, self_contact(run.fabric, run.model.macro, run.solver.safety)
+    area_mass, thickness = fabric.area_mass_g_per_mm2, fabric.thickness_mm
+    return build_sheet(points, cells, fabric_laminate(run), area_mass, thickness, warp, strength, contact)
 
 
 def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
-    """Force per width [N/mm] over strain that the shells are fed along ``direction``.
-
-    Raises :class:`InputError` for a file of the other direction or another test, and for the force of a strip of
-    unknown width.
-    """
+    """Force per width [N/mm] over strain along ``direction``, an input; raises :class:`InputError` for other data."""
     given = fabric.macro.tension[direction]
     if not isinstance(given, str):
         strain, force = (np.array(column) for column in zip(*given.points, strict=True))

@@ -1,4 +1,4 @@
-"""Curves beside that of a run: given to its model, tuned on, imported, or a user's own."""
+"""Reference curves of a run: input of its model, used for fitting, imported, or a user's own."""
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -21,40 +21,36 @@ from knittest.export.line_picture import Band, Line, line_picture
 from knittest.laboratory.report_base import REPORTS, run_stamp, title_of
 from knittest.materials.trellis import CONJUGATE, NORMALISED, to_conjugate
 
-#: rms difference of two curves, over the largest force, below which they are the same data: that of rounding and of
-#: points placed otherwise; strips of one fabric scatter ten times as much
+#: rms difference of two curves over the largest force below which they are the same data, rounded or at other points;
+#: strips of one fabric scatter ten times as much
 ROUNDING = 0.005
 SPECIMENS = "specimen-*.csv"
 
 
 def given_as(run: Run, path: Path, curve: ReferenceCurve) -> str:
-    """Part of ``curve`` in ``path``, as it was read, that the shells of ``run`` were given; empty if none is known.
-
-    The same file, one of the same source, the same data, or a specimen of the import that a given file was made of.
-    """
-    if told := ORIGINS[run.rig.kind].gave(run, path):
-        return told
+    """Reason to call ``curve`` an input: its file, source or data, or its import, is given to the model; else empty."""
+    if given_to_rig := ORIGINS[run.rig.kind].gave(run, path):
+        return given_to_rig
     if run.model.scale != "macro":
         return ""
     files = [data_dir() / name for name in run.fabric.macro.curve_files.values()]
     files = [file for file in files if file.is_file()]
     if path.resolve() in [file.resolve() for file in files]:
-        return "the shells were given this file"
+        return "input of the macro model: this file"
     given = [load_curve(file) for file in files]
     if curve.source != path.name and curve.source in [one.source for one in given]:
-        return "the shells were given a curve of the same source"
+        return "input of the macro model: a curve of the same source"
     if any(same_data(curve, one) for one in given):
-        return "the shells were given the same data"
-    if any(same_data(curve, one) for file in files for one in readable(sorted(file.parent.glob(SPECIMENS)))):
-        return "it is a specimen of the import that the shells were given"
-    beside = readable([path.parent / name for name in (TENSION, SHEAR)] if path.match(SPECIMENS) else [])
-    if any(same_data(made, one) for made in beside for one in given):
-        return "it is a specimen of the import that the shells were given"
-    return ""
+        return "input of the macro model: the same data"
+    of_import = any(same_data(curve, one) for file in files for one in readable(sorted(file.parent.glob(SPECIMENS))))
+    if not of_import:
+        means = readable([path.parent / name for name in (TENSION, SHEAR)] if path.match(SPECIMENS) else [])
+        of_import = any(same_data(mean, one) for mean in means for one in given)
+    return "input of the macro model: the mean of this specimen's series" if of_import else ""
 
 
 def readable(paths: Iterable[Path]) -> Iterator[ReferenceCurve]:
-    """The curves among ``paths``."""
+    """Curves among ``paths``."""
     for path in paths:
         try:
             yield load_curve(path)
@@ -63,7 +59,7 @@ def readable(paths: Iterable[Path]) -> Iterator[ReferenceCurve]:
 
 
 def same_data(one: ReferenceCurve, other: ReferenceCurve) -> bool:
-    """Tell whether two curves differ by rounding only, over the range that counts of both."""
+    """Tell whether two curves differ by rounding only, over the range that counts."""
     try:
         one, other = _size_free(one), _size_free(other)
     except InputError:  # of unknown size: not comparable
@@ -79,7 +75,6 @@ def same_data(one: ReferenceCurve, other: ReferenceCurve) -> bool:
 
 
 def _size_free(curve: ReferenceCurve) -> ReferenceCurve:
-    """Force per width of a strip, normalised shear force of a frame or of a law."""
     if curve.x_name == STRAIN:
         return per_width(curve)
     if curve.y_name == CONJUGATE:
@@ -94,10 +89,7 @@ def _end(curve: ReferenceCurve) -> float:
 
 
 def marked(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str]) -> ReferenceCurve:
-    """``curve`` in ``path``, as it was read, as an input or as tuned on where ``run`` was; else as it is.
-
-    ``quantities`` are the results of the test that are compared with its tables.
-    """
+    """``curve``, read from ``path``, marked as an input or as tuned by ``quantities``, where ``run`` used it so."""
     if given := given_as(run, path, curve):
         return noted(replace(curve, kind="input"), given)
     tuned = tuned_as(run, path, curve, quantities)
@@ -105,50 +97,42 @@ def marked(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str
 
 
 def tuned_as(run: Run, path: Path, curve: ReferenceCurve, quantities: Sequence[str]) -> str:
-    """Reason to call ``curve`` tuned: what numbers of ``run`` were tuned on, or chosen by; empty if nothing is known.
-
-    Rows of tables are in the curves of the fabric's own experiment. A curve is recorded by the name of its file alone,
-    so that each one of that direction may be it.
-    """
+    """Reason to call ``curve`` tuned: parameters of ``run`` were fitted to it or its rows, or may be; else empty."""
     scale, fabric = run.model.scale, run.fabric
     labels = dict.fromkeys(
         label for quantity in quantities for label in tuning_labels(fabric, scale, run.direction, quantity)
     )
     of_curves = [label for label in labels if is_curve(label, run.direction)]
     found = of_curves or (list(labels) if labels and _is_own(run, path, curve) else [])
-    return f"numbers of the model were tuned on, or chosen by, {', '.join(found)}" if found else ""
+    return f"model parameters were fitted to or chosen by {', '.join(found)}" if found else ""
 
 
 def _is_own(run: Run, path: Path, curve: ReferenceCurve) -> bool:
-    """Tell whether ``curve`` is of the experiment of the run's fabric: a file of it, of its source, or of its data."""
+    """Tell whether ``curve`` is from the experiment of the run's fabric: by its file, source or data."""
     if run.fabric.experiment is None:
         return False
     folder = data_dir() / run.fabric.experiment
     if path.resolve().is_relative_to(folder.resolve()):
         return True
+    own = folder / folder_name(run.rig.kind, run.direction)
     return any(
         same_data(curve, one) or (curve.source != path.name and curve.source == one.source)
-        for one in readable(_files(folder / folder_name(run.rig.kind, run.direction)))
+        for one in readable([own / "corridor.csv", *sorted(own.glob(SPECIMENS))])
     )
 
 
-def _files(folder: Path) -> Iterator[Path]:
-    yield folder / "corridor.csv"
-    yield from sorted(folder.glob(SPECIMENS))
-
-
-def imported_corridor(run: Run, quantities: Sequence[str]) -> ReferenceCurve | None:
-    """Corridor of the test and direction of ``run`` in the fabric's experiment; an input where the run
-    was given it, tuned where it was tuned on it.
-
-    ``None`` where nothing was imported. ``quantities`` as :func:`~knittest.laboratory.given_data.marked` has them.
-    """
+def imported_corridor(run: Run) -> ReferenceCurve | None:
+    """Corridor of the run's test and direction in its fabric's experiment, as :func:`marked`; None without one."""
     if run.fabric.experiment is None:
         return None
     path = data_dir() / run.fabric.experiment / folder_name(run.rig.kind, run.direction) / "corridor.csv"
-    if not path.is_file():
-        return None
-    return marked(run, path, load_curve(path), quantities)
+    return marked(run, path, load_curve(path), kinds()[run.rig.kind].published) if path.is_file() else None
+
+
+def matched_corridor(run: Run) -> ReferenceCurve | None:
+    """:func:`imported_corridor` as the curve of ``run`` can be compared with it; None without one."""
+    curve = imported_corridor(run)
+    return None if curve is None else REPORTS[run.rig.kind].matched(run, curve)
 
 
 #: characters of a line in the legend
@@ -156,22 +140,15 @@ LEGEND = 105
 
 
 def own_curves(run: Run, paths: Sequence[Path], given: Conditions = UNKNOWN) -> list[ReferenceCurve]:
-    """Curves in ``paths`` for the size of ``run``; data that its shells were given are an input.
-
-    ``given`` are conditions that the files may leave open. Raises :class:`InputError` for a curve of another test,
-    direction or quantity, or of a specimen whose size is not known.
-    """
-    return [_own_curve(run, located(path), given) for path in paths]
-
-
-def _own_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve:
-    report = REPORTS[run.rig.kind]
+    """Curves in ``paths`` for the size of ``run``; ``given`` states open conditions. Raises :class:`InputError`."""
+    report, found = REPORTS[run.rig.kind], []
     names = (report.axes.x, report.axes.y, *report.axes.others)
-    curve = load_curve(path, given)
-    column_of(names, curve.x_name, curve)
-    curve = report.matched(run, marked(run, path, curve, kinds()[run.rig.kind].published))
-    columns_of(names, curve)
-    return curve
+    for path in map(located, paths):
+        curve = load_curve(path, given)
+        column_of(names, curve.x_name, curve)
+        found.append(report.matched(run, marked(run, path, curve, kinds()[run.rig.kind].published)))
+        columns_of(names, found[-1])
+    return found
 
 
 def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCurve, path: Path, identity: str) -> None:
@@ -188,14 +165,14 @@ def draw_against(run: Run, columns: Mapping[str, np.ndarray], curve: ReferenceCu
     if y == axes.mean and axes.sd in columns:
         spread = columns[axes.sd]
         bands.append(Band(columns[x], columns[y] - spread, columns[y] + spread, "simulated, ± sd"))
-    with stamped(run_stamp(run, ())):  # a run that was refused is compared with nothing
+    with stamped(run_stamp(run, ())):  # a rejected run is not compared
         line_picture(
             path, lines, title=title_of(run), xlabel=axes.xlabel, ylabel=axes.labels.get(y, axes.ylabel), bands=bands,
         )  # fmt: skip
 
 
 def identity_of(run: Run, folder: Path, manifest: Mapping[str, object]) -> str:
-    """Preset, size, folder and date of a run, as a picture states them."""
+    """Preset, size, folder and date of a run, as in a picture."""
     _, size = REPORTS[run.rig.kind].size(run)
     started = str(manifest.get("started") or "")[:10]
     return ", ".join(filter(None, (f"preset {run.model.preset}", size, folder.resolve().name, started)))

@@ -1,4 +1,4 @@
-"""A run and the same at half its speed, or, where nothing moves, with half of what decides on rest; what changes."""
+"""A run and the same run at half its speed, or, without time, with half of the setting that decides the equilibrium."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from knittest.base.kinds import kinds, listed
 from knittest.config.run import Run
 
-#: change of a result on halving the speed that says that it moves [-]
+#: change of a result on halving the speed above which it depends on the speed [-]
 LIMIT = 0.02
 
 
@@ -23,19 +23,22 @@ class Halving:
 
 
 def halving(run: Run) -> Halving:
-    """Setting to halve: the speed, or the one that the record of a test that comes to rest names."""
+    """Halve the speed, or the setting that the record of a test without time names."""
     field, unit = kinds()[run.rig.kind].halved.get(run.model.scale, ("solver.speed", "m/s"))
     part, _, name = field.partition(".")
-    return _halved(run, part, name, unit)
+    holder = getattr(run, part)
+    value = getattr(holder, name)
+    half = run.model_copy(update={part: holder.model_copy(update={name: 0.5 * value})})
+    return Halving(run, half, field, value, unit)
 
 
 def diagnostic() -> tuple[str, ...]:
-    """Results of all tests that say how well a run went, not what it found: their own changes say nothing."""
+    """Results of all tests that describe the quality of a run; their changes are not evaluated."""
     return listed("diagnostic")
 
 
 def change(value: float | None, half: float | None) -> float:
-    """Share by which ``half`` differs from ``value``; NaN where one of them is not a number."""
+    """Relative change from ``value`` to ``half``; NaN where one of them is not finite."""
     if value is None or half is None or not math.isfinite(value) or not math.isfinite(half):
         return math.nan
     return 0.0 if value == half else half / value - 1.0 if value else math.inf
@@ -44,10 +47,3 @@ def change(value: float | None, half: float | None) -> float:
 def changes(results: Mapping[str, float], half: Mapping[str, float]) -> dict[str, float]:
     """:func:`change` of every result."""
     return {name: change(value, half.get(name)) for name, value in results.items()}
-
-
-def _halved(run: Run, part: str, name: str, unit: str) -> Halving:
-    holder = getattr(run, part)
-    value = getattr(holder, name)
-    half = run.model_copy(update={part: holder.model_copy(update={name: 0.5 * value})})
-    return Halving(run, half, f"{part}.{name}", value, unit)

@@ -1,8 +1,8 @@
-"""Quality checks of a run that was integrated in time, the part of it that they cover, and advice where one fails."""
+"""Quality checks of a run that was integrated in time, the span that they cover, and advice where one fails."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from math import isfinite, sqrt
+from math import isfinite
 from typing import NamedTuple
 
 import numpy as np
@@ -21,12 +21,73 @@ from knittest.solve.state import SimulationCost
 AIM = 0.7
 
 
-def advised(run: Run, key: str, value: float, limit: float, rest: Rest | None = None) -> str:
-    """Setting that would bring the gate ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%].
+class Setting(NamedTuple):
+    """A field with its present value and the one that a rule gives, why, and whether that value was verified."""
 
-    Of yarns only the field is named: nobody verified the rules there. Empty where no setting of the run decides, or
-    nothing is known of the value. Where loops at ``rest`` wrap each other so closely that they snap, speed and step do
-    not decide, and what does is said.
+    why: str
+    field: str
+    now: float
+    value: float
+    known: str = "rerun with --set {}"
+
+    def advice(self, scale: str) -> str:
+        """Text with the value of a macro model, where rules were verified; of a meso model with the present value."""
+        if scale == "macro":
+            return f"{self.why}: {self.known.format(f'{self.field}={self.value:g}')}"
+        return f"{self.why}: {'lower' if self.value < self.now else 'raise'} {self.field} (now {self.now:g})"
+
+
+TRY = "try --set {}"
+
+
+def _solver_rule(why: str, field: str, power: float, known: str = "rerun with --set {}") -> "Rule":
+    """Rule for a ratio that grows with the inverse of ``power`` of a field of the solver."""
+
+    def rule(run: Run, share: float) -> Setting:
+        now = getattr(run.solver, field)
+        return Setting(why, f"solver.{field}", now, rounded_down(now * share**power), known)
+
+    return rule
+
+
+def _stiffer_contacts(run: Run, share: float) -> Setting | str:
+    """Penalties of shells grow with the inverse square of the step; that of yarns is a field of the fabric."""
+    if run.model.scale == "macro":
+        return _solver_rule("it grows with the square of the time step", "safety", 0.5)(run, share)
+    if run.fabric.contact is None:
+        return ""
+    stiffness = run.fabric.contact.normal_stiffness_n_per_mm
+    why = "it falls with the contact stiffness"
+    return Setting(why, "fabric.contact.normal_stiffness", stiffness, stiffness / share)
+
+
+def finer_shells(run: Run, share: float) -> Setting:
+    """Element size [mm] that would reduce a ratio to ``share`` of itself."""
+    size = run.model.macro.element_size
+    why = "it falls with the element size"
+    return Setting(why, "model.macro.element_size", size, rounded_down(size * share), TRY)
+
+
+#: checks that fail where loops snap
+OF_SNAPPING = ("ke_over_ie_max", "energy_error_max", "damping_over_work_max", "contact_damping_over_work_max")
+OF_THE_WORK = ("damping_over_work_max", "contact_damping_over_work_max")
+Rule = Callable[[Run, float], Setting | str]
+#: the energy error was measured on strips and frames of shells: it is of the order of the step, not of its square
+RULES: dict[str, Rule] = {
+    "ke_over_ie_max": _solver_rule("it grows with the square of the speed", "speed", 0.5),
+    "energy_error_max": _solver_rule("it grows with the time step", "safety", 1.0),
+    "damping_over_work_max": _solver_rule("it grows with the damping", "damping", 1.0),
+    "contact_damping_over_work_max": _solver_rule("it grows with the speed", "speed", 1.0, TRY),
+    "hourglass_over_internal_max": finer_shells,
+    "penetration_over_radius_max": _stiffer_contacts,
+}
+
+
+def advised(run: Run, key: str, value: float, limit: float, rest: Rest | None = None) -> str:
+    """Setting that would reduce the check ``key`` from ``value`` to :data:`AIM` of its ``limit``, both [%]; empty if
+    unknown.
+
+    A meso run gets the field alone, as rules were not verified there. For loops that snap it is the advice of ``rest``.
     """
     if rest is not None and rest.advice and key in OF_SNAPPING:
         return rest.advice
@@ -42,119 +103,56 @@ def advised(run: Run, key: str, value: float, limit: float, rest: Rest | None = 
     return found if isinstance(found, str) else found.advice(run.model.scale)
 
 
-class Setting(NamedTuple):
-    """A field with its value in a run and the one that a rule gives, why, and what is known of the latter."""
-
-    why: str
-    field: str
-    now: float
-    value: float
-    known: str = "{} would pass"
-
-    def advice(self, scale: str) -> str:
-        """Text with the value where the rule was verified, which is on shells; of yarns with the present one."""
-        if scale == "macro":
-            return f"{self.why}: {self.known.format(f'{self.field}={self.value:g}')}"
-        return f"{self.why}: {'lower' if self.value < self.now else 'raise'} {self.field}, which is {self.now:g}"
-
-
-def _slower(run: Run, share: float) -> Setting:
-    speed = run.solver.speed
-    return Setting("it goes with the square of the speed", "solver.speed", speed, rounded_down(speed * sqrt(share)))
-
-
-def _slower_contacts(run: Run, share: float) -> Setting:
-    speed = run.solver.speed
-    return Setting("it falls with the speed", "solver.speed", speed, rounded_down(speed * share), "try {}")
-
-
-def _smaller_step(run: Run, share: float) -> Setting:
-    """Measured on strips and frames of shells: an error of the order of the step, not of its square."""
-    safety = run.solver.safety
-    return Setting("it goes with the step", "solver.safety", safety, rounded_down(safety * share))
-
-
-def _stiffer_contacts(run: Run, share: float) -> Setting | str:
-    """Penalties of shells grow with the inverse square of the step; that of yarns is a field of the fabric."""
-    if run.model.scale == "macro":
-        safety = run.solver.safety
-        why = "it goes with the square of the step"
-        return Setting(why, "solver.safety", safety, rounded_down(safety * sqrt(share)))
-    if run.fabric.contact is None:
-        return ""
-    stiffness = run.fabric.contact.normal_stiffness_n_per_mm
-    why = "it goes with the inverse of the stiffness"
-    return Setting(why, "fabric.contact.normal_stiffness", stiffness, stiffness / share)
-
-
-def _less_damping(run: Run, share: float) -> Setting:
-    damping = run.solver.damping
-    return Setting("it goes with the damping", "solver.damping", damping, rounded_down(damping * share))
-
-
-def finer_shells(run: Run, share: float) -> Setting:
-    """Element size [mm] that would bring what falls with it to ``share`` of itself."""
-    size = run.model.macro.element_size
-    why = "it falls with the size of the shells"
-    return Setting(why, "model.macro.element_size", size, rounded_down(size * share), "try {}")
-
-
-#: what loops that snap are refused by
-OF_SNAPPING = ("ke_over_ie_max", "energy_error_max", "damping_over_work_max", "contact_damping_over_work_max")
-OF_THE_WORK = ("damping_over_work_max", "contact_damping_over_work_max")
-RULES: dict[str, Callable[[Run, float], Setting | str]] = {
-    "ke_over_ie_max": _slower,
-    "energy_error_max": _smaller_step,
-    "damping_over_work_max": _less_damping,
-    "contact_damping_over_work_max": _slower_contacts,
-    "hourglass_over_internal_max": finer_shells,
-    "penetration_over_radius_max": _stiffer_contacts,
-}
-
-
 @dataclass(frozen=True)
 class Span:
-    """Part of a test that is judged: to the first failure or to the end; its first number is ``reported_from`` [ms]."""
+    """Part of a test that is checked: up to the first failure or the end; results begin at ``reported_from`` [ms]."""
 
     to_failure: bool = False
     reported_from: float = np.inf
+
+    @classmethod
+    def from_value(cls, history: History, column: str, least: float) -> "Span":
+        """Span from the first row in which ``column`` of the curve is at least ``least``."""
+        first = history.curve[column] >= least
+        return cls(reported_from=float(history.curve["time_ms"][np.argmax(first)]) if first.any() else np.inf)
 
     def rows(self, history: History) -> slice:
         """Rows of the energies."""
         return judged_rows(history, to_failure=self.to_failure, reported_from=self.reported_from)
 
 
-#: share of the work up to the largest force that must be done before the first failure, as nothing after it is judged
+#: share of the work up to the largest force that must be done before the first failure, as nothing after it is checked
 BEFORE_FAILURE = 0.25
 #: overlap without force, away from the ends of yarns and at them
 FORCE_FREE = ("force_free_overlap_max_pct", "force_free_at_ends_max_pct")
 #: angle [deg] by which the last row of a shear test may lie before its end
 LAG = 0.5
-#: overlap [% of the smaller radius] at which a contact was found late, above which a run warns: one centre-line is
-#: beyond the other's surface
+#: overlap [% of the smaller radius] of a contact found late above which a run warns: a centre line is past the surface
 LATE = 100.0
 
 
 def assess(
     run: Run, prepared: Prepared, history: History, cost: SimulationCost, span: Span, drag: float = 0.0
 ) -> Quality:
-    """Judge by inertia, losses, energy balance, contacts, added mass and the end of the law; ``drag`` is forming's.
-
-    What is not a number fails. A test to failure in which nothing fails inside its strain range is refused too.
-    """
+    """Evaluate the quality checks of ``span``; ``drag`` is forming's. A value that is not a number fails."""
     rows = span.rows(history)
     damping, contact_damping, hourglass = (float(share[rows].max()) for share in losses(history.energies))
-    beyond = beyond_law(run, history, span.to_failure)
+    beyond, penetration = beyond_law(run, history, span.to_failure), cost.penetration_max
+    if not span.to_failure and "penetration_max_pct" in history.contacts:
+        penetration = max(penetration, 0.01 * float(history.contacts["penetration_max_pct"].max(initial=0.0)))
+    # in two rows at least: a contact that was found late gets its force within a few rows
+    free = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
+    lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in free]
     quality = Quality(
         ke_over_ie_max=float(history.energies["kinetic_ratio"][rows].max()),
         energy_error_max=float(history.energies["energy_error"][rows].max()),
-        penetration_over_radius_max=_penetration(history, cost, span),
+        penetration_over_radius_max=penetration,
         penetration_over_radius_mean=cost.penetration_mean,
         added_mass_pct=100.0 * prepared.model.added_mass,
         quasi_static=True,
-        failures=tuple(_short(run, prepared, history, cost, span)),
+        failures=tuple(_insufficient(run, prepared, history, cost, span)),
         overlap_at_start=history.overlaps.largest,
-        force_free_overlap_max=_force_free(history, rows),
+        force_free_overlap_max=0.01 * float(np.concatenate(lasting).max(initial=0.0)),
         damping_over_work_max=damping,
         contact_damping_over_work_max=contact_damping,
         hourglass_over_internal_max=hourglass,
@@ -164,93 +162,25 @@ def assess(
     late = float(history.contacts.get("found_late_max_pct", np.zeros(0))[: rows.stop].max(initial=0.0))
     if late > LATE:
         quality = quality.warning(
-            f"a contact of yarns was found late, at an overlap of {late:.0f} % of a radius; above {LATE:g} % yarns may "
-            "have passed each other: compare with a smaller solver.safety"
+            f"a yarn contact was found late, at an overlap of {late:.0f} % of the radius; above {LATE:g} % yarns may "
+            "have crossed: compare with a smaller solver.safety"
         )
-    return _judged(run, quality, beyond, history.rest)
+    for gate in gates_of(run):
+        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_beyond_law:
+            quality = quality.warning(beyond.stated)
+        else:
+            quality = by_gate(run, quality, gate, beyond, history.rest)
+    quality = quality.warning(*(history.rest.warnings if history.rest else ()))
+    return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
 
-def losses(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
-    """Damping and contact damping over the work, hourglass over the internal energy [-], (n_rows,).
-
-    Over the largest so far: a frame that turns gives some of both back. Energy that was given to contacts found late
-    counts with the damping of contacts.
-    """
-    work = np.maximum.accumulate(np.abs(energies["external_mj"]))
-    internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
-    return (
-        _share(energies["damping_mj"], work),
-        _share(energies["contact_damping_mj"] + energies.get("contact_recovery_mj", 0.0), work),
-        _share(energies["hourglass_mj"], np.maximum.accumulate(np.maximum(internal, 0.0))),
-    )
-
-
-def _share(part: Array, whole: Array) -> Array:
-    """``part`` over ``whole``; of nothing an infinite one, unless it is nothing itself."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share: Array = np.where((part == 0.0) & (whole == 0.0), 0.0, part / whole)
-    return share
-
-
-def locking(history: History, most: float) -> tuple[str, ...]:
-    """Say at which angle a shear test ended before ``most`` [deg], as its yarns locked; nothing where it did not."""
-    angle = next(values for name, values in history.curve.items() if name.endswith("shear_angle_deg"))
-    reached = float(angle.max())
-    if reached > most - LAG:
-        return ()
-    return (
-        f"the fabric locks at {reached:.1f} deg: yarns press into each other with {100.0 * LOCKED:g} % of the work; "
-        f"the test ends there, before {most:g} deg",
-    )
-
-
-def _penetration(history: History, cost: SimulationCost, span: Span) -> float:
-    """Largest penetration over radius: before the first failure, which ends some tests, or of all samples."""
-    found = cost.penetration_max
-    if not span.to_failure and "penetration_max_pct" in history.contacts:
-        found = max(found, 0.01 * float(history.contacts["penetration_max_pct"].max(initial=0.0)))
-    return found
-
-
-def _force_free(history: History, rows: slice) -> float:
-    """Deepest overlap of yarns that carries no force over the smaller radius, up to the end of what is judged.
-
-    An overlap at cut ends counts. One that is seen in a single row does not: a contact that was found late gets its
-    force within a few rows, and its energy is judged with the damping of contacts.
-    """
-    columns = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
-    lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in columns]
-    return 0.01 * float(np.concatenate(lasting).max(initial=0.0))
-
-
-def _short(run: Run, prepared: Prepared, history: History, cost: SimulationCost, span: Span) -> Iterator[str]:
-    """Reasons why a judgement is empty: no failure, too few rows, a first failure long before the peak."""
-    rows = span.rows(history)
-    if span.to_failure and history.first_failure is None:
-        yield "nothing failed up to rig.max_strain: the peak is not a strength"
-    count = rows.stop - rows.start
-    if count < LEAST_ROWS:
-        yield (
-            f"{count} rows of energies lie between start-up and the end of what is judged, {LEAST_ROWS} are needed: "
-            f"{_more_rows(run, prepared, history, cost, rows)} gives enough"
-        )
-    if span.to_failure and history.first_failure is not None:
-        work, times = np.abs(history.energies["external_mj"]), history.energies["time_ms"]
-        peak = history.curve["time_ms"][int(np.argmax(history.curve["force_n"]))]
-        at_peak = float(np.interp(peak, times, work))
-        if not work[rows.stop - 1] >= BEFORE_FAILURE * at_peak:
-            yield (
-                f"the first failure comes at {100.0 * work[rows.stop - 1] / at_peak:.0f} % of the work at the largest "
-                f"force, and energies are judged up to it: {100.0 * BEFORE_FAILURE:g} % are needed"
-            )
+def check_limit(quality: Quality, value: float, limit: float, text: str, remedy: str = "") -> Quality:
+    """``quality``, failed with ``text`` and ``remedy`` where ``value`` is above its ``limit`` [%]."""
+    return quality.refusing(f"{text} (limit {limit:g} %){remedy}") if value > limit else quality
 
 
 def _more_rows(run: Run, prepared: Prepared, history: History, cost: SimulationCost, rows: slice) -> str:
-    """Setting that gives half as many rows again as are needed.
-
-    Rows are no closer than a chunk of steps: where that is too far, the test must take longer. While the rig starts up,
-    its way grows with the square of the time, and the time to a given way with the inverse root of the speed only.
-    """
+    """Setting for 1.5 times the needed rows, which are a chunk of steps apart: more samples, or a lower speed."""
     times, duration = history.energies["time_ms"], prepared.duration
     judged = times[rows.stop - 1] - (times[rows.start - 1] if rows.start else 0.0)
     samples = int(np.ceil(1.5 * LEAST_ROWS * duration / judged))
@@ -262,28 +192,64 @@ def _more_rows(run: Run, prepared: Prepared, history: History, cost: SimulationC
     return slower if samples <= run.output.samples else f"{slower} --set output.samples={samples}"
 
 
-def _judged(run: Run, quality: Quality, beyond: BeyondLaw, rest: Rest | None) -> Quality:
-    for gate in gates_of(run):
-        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_beyond_law:
-            quality = quality.warning(beyond.stated)
-        else:
-            quality = by_gate(run, quality, gate, beyond, rest)
-    quality = quality.warning(*(rest.warnings if rest else ()))
-    return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
+def losses(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
+    """Damping and contact damping over the largest work, hourglass over the largest internal energy, (n_rows,)."""
+    work = np.maximum.accumulate(np.abs(energies["external_mj"]))
+    internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
+    contacts = energies["contact_damping_mj"] + energies.get("contact_recovery_mj", 0.0)
+    pairs = (
+        (energies["damping_mj"], work), (contacts, work),
+        (energies["hourglass_mj"], np.maximum.accumulate(np.maximum(internal, 0.0))),
+    )  # fmt: skip
+    with np.errstate(divide="ignore", invalid="ignore"):  # a part of nothing is infinite, unless it is nothing itself
+        first, second, third = (np.where((part == 0.0) & (whole == 0.0), 0.0, part / whole) for part, whole in pairs)
+    return first, second, third
+
+
+def locking(history: History, most: float) -> tuple[str, ...]:
+    """Say at which angle a shear test ended before ``most`` [deg] because its yarns locked; empty where it did not."""
+    angle = next(values for name, values in history.curve.items() if name.endswith("shear_angle_deg"))
+    reached = float(angle.max())
+    if reached > most - LAG:
+        return ()
+    return (
+        f"the fabric locks at {reached:.1f} deg: contacts of the yarns store {100.0 * LOCKED:g} % of the work. The "
+        f"test ends there, before {most:g} deg",
+    )
+
+
+def _insufficient(run: Run, prepared: Prepared, history: History, cost: SimulationCost, span: Span) -> Iterator[str]:
+    """Reasons why the span is not enough: no failure, too few rows, a first failure long before the peak."""
+    rows = span.rows(history)
+    if span.to_failure and history.first_failure is None:
+        yield "nothing failed up to rig.max_strain, so the peak force is no strength: raise rig.max_strain"
+    count = rows.stop - rows.start
+    if count < LEAST_ROWS:
+        yield (
+            f"{count} samples lie between start-up and the end of the quality checks, at least {LEAST_ROWS} are "
+            f"needed: rerun with {_more_rows(run, prepared, history, cost, rows)}"
+        )
+    if span.to_failure and history.first_failure is not None:
+        work, times = np.abs(history.energies["external_mj"]), history.energies["time_ms"]
+        peak = history.curve["time_ms"][int(np.argmax(history.curve["force_n"]))]
+        at_peak = float(np.interp(peak, times, work))
+        if not work[rows.stop - 1] >= BEFORE_FAILURE * at_peak:
+            yield (
+                f"the first failure comes at {100.0 * work[rows.stop - 1] / at_peak:.0f} % of the work up to the peak "
+                f"force. The quality checks end there; they need at least {100.0 * BEFORE_FAILURE:g} %"
+            )
 
 
 def by_gate(
     run: Run, quality: Quality, gate: SolverGate, beyond: BeyondLaw | None = None, rest: Rest | None = None
 ) -> Quality:
-    """``quality`` refused where it does not pass ``gate``, with a warning above half of its limit; advice goes by the
-    state of ``rest`` too.
-    """
+    """Evaluate ``gate``: a failure of ``quality`` above its limit, with advice, and a warning above half of it."""
     value, limit = gate.value(quality), float(getattr(run.solver, gate.limit))
     if value <= limit:
         near = f"{gate.label} {value:.2f} % is more than half of its limit {limit:g} %"
         return quality.warning(near) if value > NEAR * limit else quality
-    said = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
+    failed = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
     of_law = beyond if gate.key == "beyond_law" else None
     advice = of_law.advice(run) if of_law else advised(run, gate.key, value, limit, rest)
-    heard = any(advice in before for before in quality.failures)  # loops that wrap are the cause of several
-    return quality.refusing(said if heard or not advice else f"{said}; {advice}")
+    repeated = any(advice in before for before in quality.failures)  # snapping loops cause several failures
+    return quality.refusing(failed if repeated or not advice else f"{failed}; {advice}")

@@ -1,6 +1,5 @@
-"""Shells sheared beyond the last angle that their law was measured at, where it goes on with its last tangent."""
+"""Shells sheared beyond the last angle of their shear law, where it is extrapolated by its last tangent."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, floor
 
@@ -8,7 +7,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from knittest.base.errors import InputError
-from knittest.base.history import Array, Frame, History
+from knittest.base.history import Array, History
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
 from knittest.laboratory.base import shear_curve
@@ -21,9 +20,7 @@ MARGIN = 1.0
 
 @dataclass(frozen=True)
 class BeyondLaw:
-    """``share`` of the area [-] sheared beyond ``end`` [deg], by up to ``largest``; ``needed`` [deg] is the angle up to
-    which a law would leave 5 % beyond it.
-    """
+    """``share`` of the area [-] sheared beyond ``end`` [deg], up to ``largest``; ``needed`` leaves 5 % of the area."""
 
     share: float = 0.0
     end: float = np.inf
@@ -32,38 +29,36 @@ class BeyondLaw:
 
     @property
     def stated(self) -> str:
-        """Sentence for a warning."""
+        """Text of a warning."""
         return (
-            f"{100.0 * self.share:.1f} % of the fabric is sheared beyond the end of its law, {self.end:.1f} deg, by up "
-            f"to {self.largest:.0f} deg: there the law goes on with its last tangent, which nobody measured"
+            f"{100.0 * self.share:.1f} % of the fabric is sheared beyond the end of its shear law, {self.end:.1f} deg, "
+            f"up to {self.largest:.0f} deg; there the law is extrapolated by its last tangent"
         )
 
     def advice(self, run: Run) -> str:
-        """Change that would bring less of the fabric beyond."""
+        """Change after which less of the fabric is beyond the law."""
         if field := kinds()[run.rig.kind].sheared_to:
-            return f"{field}={_ending_at(self.end):g} ends where the law does; or give a law that goes on (macro.shear)"
-        return f"a law that goes on to {ceil(self.needed):d} deg would pass (fabric.macro.shear)"
+            return f"end the test with the law by --set {field}={_ending_at(self.end):g}, or extend macro.shear"
+        return f"extend the shear law (fabric.macro.shear) to {ceil(self.needed):d} deg"
 
 
 def beyond_law(run: Run, history: History, to_failure: bool) -> BeyondLaw:
-    """The worst of the frames, of a test ``to_failure`` up to its largest force; nothing for yarns."""
+    """Find the worst frame, of a test ``to_failure`` up to its largest force; 0 of a meso model."""
     if run.model.scale != "macro" or history.mesh.kind != "shells":
         return BeyondLaw()
+    last = float(history.curve["time_ms"][int(np.argmax(history.curve["force_n"]))]) if to_failure else np.inf
     end = last_angle(run.fabric, shear_curve(run))
     area = shell_areas(history.frames[0].position[history.mesh.cells])
     found = [
         worst_of(np.rad2deg(np.abs(shell_angles(frame))), area * (frame.fields["alive"] > 0.0), end)
-        for frame in _judged(history.frames, history, to_failure)
-        if "shear_angle" in frame.fields
+        for frame in history.frames
+        if frame.time <= last and "shear_angle" in frame.fields
     ]
     return max(found, key=lambda one: one.share, default=BeyondLaw(end=end))
 
 
 def ends_with_its_law(run: Run) -> tuple[Run, str]:
-    """``run`` of shells, ended where the law of its fabric ends, and a sentence that says so.
-
-    Unchanged, with an empty sentence, where the run states its end or the law goes on.
-    """
+    """``run`` of a macro model ended with its shear law, and a sentence on it; unchanged, and empty, where stated."""
     field = kinds()[run.rig.kind].sheared_to.removeprefix("rig.")
     if run.model.scale != "macro" or not field or field in run.rig.model_fields_set or run.fabric.macro.shear is None:
         return run, ""
@@ -74,9 +69,9 @@ def ends_with_its_law(run: Run) -> tuple[Run, str]:
         rig = type(run.rig).model_validate(run.rig.model_dump(exclude_unset=True) | {field: _ending_at(end)})
     except ValidationError:  # such as turns beyond the law: the test says what is wrong
         return run, ""
-    law = "the shear law that the yarns gave" if run.fabric.macro.shear.source == "derived" else "macro.shear"
+    law = "the derived shear law" if run.fabric.macro.shear.source == "derived" else "macro.shear"
     return run.model_copy(update={"rig": rig}), (
-        f"rig.{field} = {_ending_at(end):g} deg, where {law} ends, instead of the usual {usual:g} deg"
+        f"rig.{field} = {_ending_at(end):g} deg instead of the default {usual:g} deg, because {law} ends there"
     )
 
 
@@ -86,17 +81,17 @@ def _ending_at(end: float) -> float:
 
 
 def refuse_beyond_law(run: Run, largest: float) -> None:
-    """Raise :class:`InputError` for shells of ``run`` that its rig shears to ``largest`` [deg], beyond their law."""
+    """Raise :class:`InputError` where the rig shears the shells to ``largest`` [deg], beyond their law."""
     end = last_angle(run.fabric, shear_curve(run))
     if largest > end:
         raise InputError(
             f"rig.max_angle = {largest:g} deg: the fabric's shear law (macro.shear) ends at {end:g} deg; "
-            f"--set rig.max_angle={_ending_at(end):g} ends the test there, or give a law that goes on"
+            f"end the test there with --set rig.max_angle={_ending_at(end):g}, or extend the law"
         )
 
 
 def worst_of(angle: Array, area: Array, end: float) -> BeyondLaw:
-    """Share of shells of ``area`` sheared by ``angle`` [deg], both (n,), under a law that ends at ``end`` [deg]."""
+    """Share of shells with ``area`` and ``angle`` [deg], (n,) each, beyond a law that ends at ``end`` [deg]."""
     whole = float(area.sum())
     if not whole > 0.0:
         return BeyondLaw(end=end)
@@ -110,12 +105,4 @@ def worst_of(angle: Array, area: Array, end: float) -> BeyondLaw:
 def shell_areas(corners: Array) -> Array:
     """Area [mm2] of shells with ``corners`` (n, 4, 3) [mm], (n,)."""
     diagonals = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
-    areas: Array = 0.5 * np.linalg.norm(np.cross(*diagonals), axis=1)
-    return areas
-
-
-def _judged(frames: Sequence[Frame], history: History, to_failure: bool) -> list[Frame]:
-    if not to_failure:
-        return list(frames)
-    peak = float(history.curve["time_ms"][int(np.argmax(history.curve["force_n"]))])
-    return [frame for frame in frames if frame.time <= peak]
+    return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=1))

@@ -1,16 +1,16 @@
-"""The numerical error of results, from the same run at half its speed and on another mesh, and notes on it.
+"""Numerical error of results, from the same run at half its speed and on another mesh, and notes on it.
 
-Roache's grid convergence index of two solutions (1994, J. Fluids Eng. 116, 405): with element lengths, speeds or
-residuals that differ by the factor r and an error of order p, the finer solution is off by |change| / (r^p - 1) and the
-coarser one by r^p times as much; two solutions do not show their order, so a safety factor of 3 goes on it. Both are
-biases: they are added, not squared.
+Grid convergence index of two solutions (Roache 1994, J. Fluids Eng. 116, 405): for element lengths, speeds or residuals
+with the ratio r and an error of order p, the error of the finer solution is |change| / (r^p - 1), and r^p times as much
+of the coarser one. Two solutions do not show their order, hence the safety factor of 3. Both errors are biases: they
+are added, not squared.
 """
 
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar, cast
 
 from knittest.base.errors import InputError
 from knittest.base.kinds import Parts, kinds
@@ -23,29 +23,29 @@ from knittest.laboratory.halving import change, diagnostic
 Numbers = Mapping[str, float | None]
 RunT = TypeVar("RunT", bound=Run)
 
-#: of two solutions (Roache 1994); with it the index covers orders down to 0.4 of halves and 0.9 to 1 of meshes
+#: factor for two solutions (Roache 1994); it covers orders down to 0.4 on halving and 0.9 to 1 of meshes
 SAFETY = 3.0
 #: order of inertia in the speed, and of shells and beams in their length
 ORDER = 2.0
-#: the half is the better one of the two, so the reported one is the coarser
+#: half the speed is the better solution, so the reported one is the coarser
 HALF_FACTOR = SAFETY * 2.0**ORDER / (2.0**ORDER - 1.0)
-#: why a result that the run does not have has no error
+#: why a result without a value has no error
 NO_NUMBER = "the run has no number"
 
 
 class Corrections(Generic[RunT]):
-    """Known errors of the results of a test: none, unless its folder says otherwise."""
+    """Known errors of the results of a test: none by default."""
 
     def exact(self, run: RunT, results: Numbers) -> Numbers:
-        """Correct ``results`` for what a search within a tolerance left open, so that two runs can be compared."""
+        """Correct ``results`` for the tolerance of a search, so that two runs can be compared."""
         return results
 
     def rested(self, run: RunT, results: Numbers) -> Numbers:
-        """Correct them as well for what the criterion of rest left open."""
+        """Correct ``results`` for the criterion of equilibrium as well."""
         return self.exact(run, results)
 
 
-#: of every test; each takes runs of its own kind, which only their name tells
+#: by the name of the test
 CORRECTIONS: Mapping[str, Corrections[Any]] = Parts(
     lambda kind: kind.load("corrections")() if kind.corrections else Corrections()
 )
@@ -53,20 +53,18 @@ CORRECTIONS: Mapping[str, Corrections[Any]] = Parts(
 
 @dataclass(frozen=True)
 class Repeat:
-    """Results of a repeated run, empty where it has none: then ``reason`` says why."""
+    """Results of a repeated run, or the ``reason`` why there are none."""
 
     results: Numbers
     reason: str = ""
 
     def of(self, quantity: str) -> float | None:
-        """The result, None where there is no finite one."""
+        """Return a finite result, or None."""
         return _finite(self.results.get(quantity))
 
 
 def mesh_factor(ratio: float, finer: bool) -> float:
-    """Error of the reported result over its change on a mesh with elements ``ratio`` times as long, or as short if
-    ``finer``; never less than that of first order, which the index of a mesh more than twice as coarse is.
-    """
+    """Error over change on a mesh with elements ``ratio`` times as long, or short; at least that of first order."""
     grown = ratio**ORDER
     if finer:
         return SAFETY * grown / (grown - 1.0)
@@ -76,30 +74,21 @@ def mesh_factor(ratio: float, finer: bool) -> float:
 def numerical_errors(
     results: Numbers, half: Repeat, mesh: Repeat, ratio: float, finer: bool
 ) -> dict[str, NumericalError]:
-    """Changes [%] and error, in its own unit, of every result that is no diagnostic: summary.json's block.
-
-    An error that cannot be told is None, with the reason; never 0.
-    """
-    found = {}
+    """Block of summary.json: changes [%] and error, in its own unit, of results but diagnostics; None if unknown."""
+    found, other_mesh = {}, "finer_mesh_pct" if finer else "coarser_mesh_pct"
     for quantity in (q for q in results if q not in diagnostic()):
         value, slow, other = _finite(results[quantity]), half.of(quantity), mesh.of(quantity)
-        speed, there = _percent(value, slow), _percent(value, other)
-        row: NumericalError = {"half_speed_pct": speed, "coarser_mesh_pct": there, "error": None}
-        if finer:
-            row = {"half_speed_pct": speed, "finer_mesh_pct": there, "error": None}
-        if value is None or slow is None or other is None:
-            row["reason"] = _why(value, slow, half, mesh)
-        else:
+        changes = {"half_speed_pct": _percent(value, slow), other_mesh: _percent(value, other), "error": None}
+        row = cast(NumericalError, changes)
+        if value is not None and slow is not None and other is not None:
             row["error"] = HALF_FACTOR * abs(slow - value) + mesh_factor(ratio, finer) * abs(other - value)
+        elif value is None:
+            row["reason"] = NO_NUMBER
+        else:
+            at, repeat = ("at half the speed", half) if slow is None else ("on the other mesh", mesh)
+            row["reason"] = repeat.reason or f"no number {at}"
         found[quantity] = row
     return found
-
-
-def _why(value: float | None, slow: float | None, half: Repeat, mesh: Repeat) -> str:
-    if value is None:
-        return NO_NUMBER
-    at, repeat = ("at half the speed", half) if slow is None else ("on the other mesh", mesh)
-    return repeat.reason or f"no number {at}"
 
 
 def _percent(value: float | None, other: float | None) -> float | None:
@@ -110,21 +99,18 @@ def _finite(value: float | None) -> float | None:
     return value if value is not None and math.isfinite(value) else None
 
 
-#: ratio of element lengths between two meshes. Below 1.3 noise is taken for error (Celik et al. 2008, J. Fluids Eng.
-#: 130, 078001), far above it the coarser one says little of the finer; the even counts of loops and waves leave no more
+#: ratio of element lengths of two meshes: noise is small from 1.3 on (Celik et al. 2008, J. Fluids Eng. 130, 078001),
+#: far above it the coarser mesh says little of the finer. Even counts of loops and waves leave no more
 SHELLS, YARNS = (1.5, 2.5), (1.3, 2.0)
-#: shells that a coarser mesh keeps along and across a strip: with 5 along the curvature of a bent root is not yet in
-#: its order
+#: shells of a coarser mesh along and across a strip: with 5 along, the curvature of a bent root is not in its order
 LEAST = (8, 2)
-#: difference of the ratios along two sides, or of loops and waves, that does not matter, and that is too much
+#: difference of the ratios along two sides, or of loops and waves, that does not matter, and largest one
 EVEN, UNEVEN = 0.1, 0.3
 
 
 @dataclass(frozen=True)
 class Remeshing:
-    """``other`` is ``run`` with element lengths ``ratio`` times as long, or as short if ``finer``; as text what was
-    changed, and from what to what.
-    """
+    """``other`` is ``run`` with elements ``ratio`` times as long, or short if ``finer``, and the change as text."""
 
     run: Run
     other: Run
@@ -136,7 +122,7 @@ class Remeshing:
 
 
 class _Choice(NamedTuple):
-    """New numbers of elements, both ratios of element lengths, at least 1, and whether the mesh is finer."""
+    """New numbers of elements, both ratios of element lengths (at least 1), and whether the mesh is finer."""
 
     counts: tuple[int, int]
     ratios: tuple[float, float]
@@ -148,24 +134,22 @@ class _Choice(NamedTuple):
 
 
 def remeshing(run: Run, finer: bool = False) -> Remeshing:
-    """The next coarser mesh of ``run`` that fits its specimen, a finer one if asked for; raises :class:`InputError`
-    when none fits.
-
-    Coarser before finer, even before uneven, near before far.
-    """
+    """The next coarser mesh that fits the specimen, or a finer one; raises :class:`InputError` when none fits."""
     found = _shells(run) if run.model.scale == "macro" else _yarns(run)
     choices = [c for c in found if c.mismatch <= UNEVEN and c.finer >= finer]
     if not choices:
-        raise InputError("model: no other mesh fits the specimen: fewer or more elements along all its sides")
+        raise InputError("model: no other mesh fits the specimen; change the element size or the size of the specimen")
     best = min(choices, key=lambda c: (c.finer, max(c.mismatch - EVEN, 0.0), max(c.ratios), c.mismatch))
-    return _sized(run, best) if run.model.scale == "macro" else _counted(run, best)
+    return _remeshed(run, best)
 
 
 def sides(run: Run) -> tuple[float, float]:
-    """Length and width [mm] of the sheet of shells; raises :class:`InputError` for a test that does not state it."""
+    """Length and width [mm] of the sheet of shells; raises :class:`InputError` for a test that does not state them."""
     kind = kinds()[run.rig.kind]
     if not kind.sheet:
-        raise InputError(f"model: the test {kind.name} does not say how large its sheet is: no other mesh can be made")
+        raise InputError(f"model: the record of test {kind.name} has no sheet size, so no other mesh can be made")
+    if isinstance(kind.sheet, tuple):
+        return getattr(run.rig, kind.sheet[0]), getattr(run.rig, kind.sheet[1])
     length, width = kind.load("sheet")(run)
     return float(length), float(width)
 
@@ -186,8 +170,9 @@ def _shells(run: Run) -> Iterator[_Choice]:
 def _yarns(run: Run) -> Iterator[_Choice]:
     """Other even numbers of beams in a loop and in a wave."""
     loop, wave = run.model.meso.elements_per_loop, run.model.meso.elements_per_wave
+    counts = _counts("elements_per_loop", loop), _counts("elements_per_wave", wave)
     for finer in (False, True):
-        for n, m in product(_counts("elements_per_loop", loop), _counts("elements_per_wave", wave)):
+        for n, m in product(*counts):
             ratios = (n / loop, m / wave) if finer else (loop / n, wave / m)
             if _within(ratios, YARNS):
                 yield _Choice((n, m), ratios, finer)
@@ -204,44 +189,38 @@ def _within(ratios: tuple[float, float], window: tuple[float, float]) -> bool:
     return all(window[0] - 1e-9 <= r <= window[1] + 1e-9 for r in ratios)
 
 
-def _sized(run: Run, choice: _Choice) -> Remeshing:
-    size = sides(run)[1] / choice.counts[1]
-    macro = run.model.macro.model_copy(update={"element_size": size})
-    other = run.model_copy(update={"model": run.model.model_copy(update={"macro": macro})})
-    before = f"{run.model.macro.element_size:.3g} mm"
+def _remeshed(run: Run, choice: _Choice) -> Remeshing:
+    if run.model.scale == "macro":
+        size = sides(run)[1] / choice.counts[1]
+        part, setting, changed = "macro", "model.macro.element_size", dict[str, float](element_size=size)
+        before, after = (f"{length:.3g} mm" for length in (run.model.macro.element_size, size))
+    else:
+        part, names = "meso", ("elements_per_loop", "elements_per_wave")
+        setting, changed = f"model.meso.{names[0]}, {names[1]}", dict(zip(names, choice.counts, strict=True))
+        meso = run.model.meso
+        before, after = (f"{n} and {m}" for n, m in ((meso.elements_per_loop, meso.elements_per_wave), choice.counts))
+    new = getattr(run.model, part).model_copy(update=changed)
+    other = run.model_copy(update={"model": run.model.model_copy(update={part: new})})
     ratio = (choice.ratios[0] * choice.ratios[1]) ** 0.5
-    return Remeshing(run, other, "model.macro.element_size", before, f"{size:.3g} mm", ratio, choice.finer)
+    return Remeshing(run, other, setting, before, after, ratio, choice.finer)
 
 
-def _counted(run: Run, choice: _Choice) -> Remeshing:
-    before, names = run.model.meso, ("elements_per_loop", "elements_per_wave")
-    meso = before.model_copy(update=dict(zip(names, choice.counts, strict=True)))
-    other = run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})})
-    value, other_value = (f"{m.elements_per_loop} and {m.elements_per_wave}" for m in (before, meso))
-    ratio = (choice.ratios[0] * choice.ratios[1]) ** 0.5
-    return Remeshing(run, other, f"model.meso.{names[0]}, {names[1]}", value, other_value, ratio, choice.finer)
-
-
-#: what a run that was not repeated says
+#: note of a run without repeats, and of one whose repeats did not finish
 NOT_ESTIMATED = "numerical error: not estimated (--verify)"
-#: what a run says whose repeats were asked for and did not end
-UNFINISHED = "numerical error: its repeats are not finished; knittest resume goes on"
+UNFINISHED = "numerical error: the repeated runs are not finished; continue with knittest resume"
 
 
 def error_notes(summary: Summary, *, asked: bool = False) -> list[str]:
-    """Lines on the numerical errors of ``summary`` (summary.json): one a repeat, then what else to know.
-
-    Of a refused run none. ``asked``: the run was to be repeated.
-    """
+    """Lines on the numerical errors of ``summary``, none of a rejected run. ``asked``: repeats were asked for."""
     if summary.get("refused"):
         return []
-    told = summary.get("verification")
-    if not told:
+    block = summary.get("verification")
+    if not block:
         return [UNFINISHED if asked else NOT_ESTIMATED]
-    repeats = (("half", told.get("half_speed")), ("other mesh", told.get("mesh")))
+    repeats = (("half", block.get("half_speed")), ("other mesh", block.get("mesh")))
     lines = [_line(what, repeat) for what, repeat in repeats if isinstance(repeat, Mapping)]
     if any(isinstance(value, Mapping) and "values" in value for value in summary["results"].values()):
-        lines.append("numerical error: that of the first specimen")
+        lines.append("numerical error: of the first specimen only")
     missing = {row.get("reason") for row in (summary.get("numerical_error") or {}).values() if row.get("error") is None}
     missing -= {NO_NUMBER}
     if missing:
@@ -250,11 +229,10 @@ def error_notes(summary: Summary, *, asked: bool = False) -> list[str]:
 
 
 def _line(what: str, repeat: RepeatBlock) -> str:
-    """Line on what was changed, and what the repeat cost."""
     if not repeat.get("setting"):
         return f"numerical error, {what}: none: {repeat.get('reason')}"
     text = f"numerical error, {what}: {repeat['setting']} {repeat['value']} -> {repeat['other_value']}"
     wall, cpu = repeat.get("wall_s"), repeat.get("cpu_s")
-    cost = f", {wall:.3g} s, {cpu:.3g} s of processor" if wall is not None and cpu is not None else ""
+    cost = f", {wall:.3g} s, {cpu:.3g} s CPU" if wall is not None and cpu is not None else ""
     instead = f", in place of {repeat['instead_of']}" if repeat.get("instead_of") else ""
     return f"{text}: {repeat.get('status')}{cost}{instead}"

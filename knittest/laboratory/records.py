@@ -1,5 +1,6 @@
-"""Small records that several tests share: deciding fields, the field that ends a run, a study that pages show."""
+"""Records that several tests share: deciding fields, the field that ends a run, a study that pages show."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 LOOPS = ("loop_length", "knitting.beam_diameter", "knitting.bending_stiffness", "knitting.degree_of_set")
@@ -14,12 +15,14 @@ CROSSINGS = (
 )  # fmt: skip
 
 
+def labels_at(name: str, words: str, form: str, places: Iterable[float]) -> dict[str, tuple[str, str]]:
+    """Labels of the results ``name`` at ``places``, which ``words`` state, in the format ``form``."""
+    return {f"{name}.{place}": (words.format(place), form) for place in places}
+
+
 @dataclass(frozen=True)
 class Ending:
-    """``field`` of a run that ends it sooner, and where the run ends now; both in the unit of the field.
-
-    Numbers at a place are means of the motion up to ``near`` beyond it.
-    """
+    """``field`` that ends a run sooner, its present end ``now``, and how far beyond a place means reach (``near``)."""
 
     field: str
     now: float
@@ -28,9 +31,7 @@ class Ending:
 
 @dataclass(frozen=True)
 class Study:
-    """Table of a study under its ``caption``: ``rows`` are a label and numbers, NaN where there is none, that ``form``
-    shows; ``note`` says where they come from.
-    """
+    """Table of a study: rows of a label and numbers (NaN: none) in the format ``form``; ``note`` states the source."""
 
     caption: str
     head: tuple[str, ...]

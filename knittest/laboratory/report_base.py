@@ -1,8 +1,7 @@
 """Parts that all reports share, tests and reports by the name of the rig, and the stamp below the pictures of a run."""
 
-import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from inspect import isfunction
 from pathlib import Path
@@ -20,12 +19,12 @@ from knittest.base.result_rows import mean_factor
 from knittest.config.gates import SolverGate, deciding, gates_of, loosened
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
-from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import ReferenceCurve, noted
 from knittest.experiment.origin import assumed_friction, borrowed
 from knittest.experiment.tables import PublishedValue
 from knittest.export import line_picture
-from knittest.export.line_picture import Band, Level
+from knittest.export.line_picture import Band, Level, Line
+from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.base import RunT, Test
 from knittest.laboratory.judging import Span
 
@@ -34,9 +33,7 @@ Columns = dict[str, np.ndarray]
 
 @dataclass(frozen=True)
 class References:
-    """Published rows and the reference curve, if there are any, the curves of a user's own, and why rows stand
-    ``apart``: the run is not compared with them.
-    """
+    """Published rows, reference curve and own curves; ``apart``: reasons why rows are not compared with the run."""
 
     rows: Sequence[PublishedValue] = ()
     curve: ReferenceCurve | None = None
@@ -51,10 +48,10 @@ class References:
 
 @dataclass(frozen=True)
 class CurveAxes:
-    """Columns of curve.csv that make the curve, and what stands at its axes; ``mean`` and ``sd`` of an ensemble;
-    ``others`` may be compared with as well; ``labels`` are what stands at the axis of them; ``reach`` is the field of
-    the rig that says how far x goes; ``peak`` is the result that says at which x the largest force lies, of a test
-    whose gates judge up to the first failure.
+    """Columns of curve.csv that make the curve, and the texts at its axes; ``mean`` and ``sd`` of an ensemble.
+
+    ``others``: further columns that may be compared, with their ``labels``. ``reach``: field of the rig that ends x.
+    ``peak``: result with the x of the largest force, of a test that is checked up to the first failure.
     """
 
     x: str
@@ -72,7 +69,7 @@ class CurveAxes:
 
 @dataclass(frozen=True)
 class Gate:
-    """A number of summary.json (``part``: quality or results) that may not exceed ``limit`` [``unit``]."""
+    """Limit [``unit``] of a number of summary.json (``part``: quality or results)."""
 
     label: str
     part: str
@@ -84,12 +81,12 @@ class Gate:
 
 
 def energy_gates(run: Run) -> list[Gate]:
-    """The gates of every test that is integrated in time."""
+    """Quality checks of every test that is integrated in time."""
     return [energy_gate(run, gate) for gate in gates_of(run)]
 
 
 def energy_gate(run: Run, gate: SolverGate) -> Gate:
-    """A gate on a number of the quality, with its limit in ``run``."""
+    """Quality check with its limit in ``run``."""
     limit, field = getattr(run.solver, gate.limit), f"solver.{gate.limit}"
     return Gate(gate.label, "quality", gate.key, limit, scale=gate.scale, field=field)
 
@@ -98,15 +95,15 @@ class Report(Protocol[RunT]):
     """Comparison and pictures of a test; pictures show the first specimen."""
 
     axes: CurveAxes
-    #: facts that say where its tools are: specimens that an earlier version kept may lack them
+    #: facts with the places of the tools; specimens of an earlier version may lack them
     placed_by: tuple[str, ...] = ()
 
     def levels(self, run: RunT) -> list[Level]:
-        """Horizontal lines of the curve's picture: none unless stated."""
+        """Horizontal lines of the curve's picture: none by default."""
         return []
 
     def gates(self, run: RunT) -> list[Gate]:
-        """Limits above which the comparison is refused: those of every test in time unless stated."""
+        """Limits above which a run is not compared: by default those of every test in time."""
         return energy_gates(run)
 
     @abstractmethod
@@ -114,13 +111,11 @@ class Report(Protocol[RunT]):
         """Published rows for the size of the run's specimen."""
 
     def apart(self, run: RunT, rows: Sequence[PublishedValue]) -> list[str]:
-        """Reasons why some of ``rows`` are not among those that :meth:`scaled` returns: all are unless stated."""
+        """Reasons why :meth:`scaled` leaves out some of ``rows``: none by default."""
         return []
 
     def factors(self, run: RunT) -> tuple[float, ...]:
-        """Nominal size over that of the model, one a specimen, which multiplies results and curves before they are
-        compared. None where both sizes are the same, or no size matters: so unless stated.
-        """
+        """Nominal size over that of the model, one a specimen, by which results are multiplied; none by default."""
         return ()
 
     def for_nominal_size(self, run: RunT, columns: Mapping[str, np.ndarray]) -> Columns:
@@ -130,36 +125,34 @@ class Report(Protocol[RunT]):
 
     @abstractmethod
     def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
-        """``curve`` of another specimen as the run's curve can be compared with it: of the same test, and of its size
-        or of none; says in its note what was scaled. Raises :class:`InputError` where it cannot.
-        """
+        """Scale ``curve`` of the same test to the size of ``run``; raises :class:`InputError` if it cannot."""
 
     @abstractmethod
     def size(self, run: RunT) -> tuple[float, str]:
-        """Size that the forces of the specimen grow with [mm], and the same in words; 1 where there is none."""
+        """Size [mm] with which the forces of the specimen grow, and the same in words; 1 where there is none."""
 
     @abstractmethod
     def size_free(self, run: RunT, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
-        """Axes and columns of the curve as no size of a specimen enters it."""
+        """Axes and columns of the curve, independent of the specimen's size."""
 
     @abstractmethod
     def reference_curve(self, run: RunT) -> ReferenceCurve | None:
-        """The curve that the run's curve is compared with."""
+        """Curve to compare with."""
 
     def curve(self, specimens: list[Specimen]) -> Columns:
-        """Columns of curve.csv: channels of the first specimen unless stated."""
+        """Columns of curve.csv: by default the channels of the first specimen."""
         return specimens[0].history.curve
 
     def tables(self, run: RunT, specimens: list[Specimen]) -> dict[str, Columns]:
-        """Columns of further CSV files by name, which the record of the test names: none unless stated."""
+        """Columns of further CSV files by name: none by default."""
         return {}
 
     def bodies(self, run: RunT, specimen: Specimen) -> list[Body]:
-        """Tools as they move over the frames of ``specimen``; none where it lacks a fact of ``placed_by``."""
+        """Tools in each frame of ``specimen``; none where it lacks a fact of ``placed_by``."""
         return self.placed(run, specimen) if set(self.placed_by) <= specimen.facts.keys() else []
 
     def placed(self, run: RunT, specimen: Specimen) -> list[Body]:
-        """Tools of a ``specimen`` with all facts of ``placed_by``: none unless stated."""
+        """Tools of a ``specimen`` with all facts of ``placed_by``: none by default."""
         return []
 
     @abstractmethod
@@ -167,14 +160,8 @@ class Report(Protocol[RunT]):
         """Write the pictures."""
 
 
-def unless_one(factors: Iterable[float]) -> tuple[float, ...]:
-    """``factors``; none where all are 1 but for rounding."""
-    found = tuple(factors)
-    return () if all(math.isclose(factor, 1.0, rel_tol=EXACT) for factor in found) else found
-
-
 class NoSize(Generic[RunT]):
-    """The part of a :class:`Report` of a test whose results do not grow with the specimen."""
+    """Part of a :class:`Report` of a test whose results do not depend on the size of the specimen."""
 
     axes: CurveAxes
 
@@ -201,27 +188,69 @@ def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
     if stated.test not in ("", own[0]) or (own[1] and stated.direction not in ("", own[1])):
         raise InputError(
             f"{curve.file or curve.source}: a curve of {stated.test or own[0]} {stated.direction}".rstrip()
-            + f" (by its header, else its name); the run is {' '.join(filter(None, own))}: not the same test"
+            + f" (from its header, else its name), but the run is {' '.join(filter(None, own))}"
         )
     if own[1] and not stated.direction:
-        taken = f"the file states no direction: taken as {own[1]}"
-        return noted(replace(curve, doubt=f"{taken}; add '# direction: {own[1]}' to its head if it is"), taken)
+        assumed = f"the file states no direction, {own[1]} is assumed"
+        return noted(replace(curve, doubt=f"{assumed}; confirm it by a line '# direction: {own[1]}'"), assumed)
     return curve
 
 
+class FabricReport(Report[RunT]):
+    """Report with the pictures that most tests have: curve.png, energies.png and those of the specimen."""
+
+    def reference_curve(self, run: RunT) -> ReferenceCurve | None:
+        """No curve by default."""
+        return None
+
+    def pictures(self, run: RunT, specimens: list[Specimen], references: References, folder: Path) -> None:
+        """Draw the curve, the energies, and the specimen."""
+        self.draw_curve(run, specimens, references, folder / "curve.png")
+        test: Any = TESTS[run.rig.kind]
+        draw_energies(run, specimens, folder, test.span)
+        self.draw_specimen(run, specimens[0], folder)
+
+    def draw_curve(self, run: RunT, specimens: list[Specimen], references: References, path: Path) -> None:
+        """Draw the curves of all specimens and the references."""
+        self.draw_lines(run, self.simulated(specimens, self.axes.y), references, path)
+
+    def draw_specimen(self, run: RunT, specimen: Specimen, folder: Path) -> None:
+        """Draw deformed.png of yarns, at the end."""
+        history, path = specimen.history, folder / "deformed.png"
+        faces_picture(path, history.mesh, history.frames[-1], title=title_of(run), note=self.note(specimen))
+
+    def note(self, specimen: Specimen) -> str:
+        """Return the note below deformed.png."""
+        return "at the end"
+
+    def simulated(self, specimens: list[Specimen], column: str) -> list[Line]:
+        """Lines of a ``column`` of the curve, one a specimen."""
+        curves = [specimen.history.curve for specimen in specimens]
+        return [Line(c[self.axes.x], c[column], f"simulated, specimen {k}") for k, c in enumerate(curves, 1)]
+
+    def draw_lines(self, run: RunT, lines: Sequence[Line], references: References, path: Path, **texts: Any) -> None:
+        """Draw ``lines`` and the references with the texts of the axes, or the ``texts`` of :func:`line_picture`."""
+        usual: dict[str, Any] = {
+            "title": title_of(run), "xlabel": self.axes.xlabel, "ylabel": self.axes.ylabel, "levels": self.levels(run),
+            "bands": scatter(references.curves),
+        }  # fmt: skip
+        own = [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
+        line_picture.line_picture(path, [*lines, *own], **usual | texts)
+
+
 def title_of(run: Run) -> str:
-    """Title of the pictures; what stands below them says where a limit is looser than the preset's."""
+    """Title of the pictures."""
     what = " ".join(part for part in (run.rig.kind, run.direction) if part)
     return f"{run.fabric.name}, {what}, {run.model.scale} ({numbers_of(run.parameters)})"
 
 
 def scatter(curves: Sequence[ReferenceCurve]) -> list[Band]:
-    """Mean and standard deviation of the references that are means of several specimens."""
+    """Bands of the standard deviation of references."""
     return [Band(c.x, c.mean - c.sd, c.mean + c.sd, f"{c.kind}, ± sd") for c in curves if c.sd is not None]
 
 
 def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Callable[[History], Span]) -> None:
-    """energies.png of the first specimen, with the limits of the gates and the ``span`` of the run that is judged."""
+    """Draw energies.png of the first specimen, with its limits and the ``span`` that is checked."""
     history = specimens[0].history
     line_picture.energy_picture(
         folder / "energies.png", history, title=title_of(run),
@@ -231,10 +260,7 @@ def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Calla
 
 
 def _made(kind: TestKind, part: str, protocol: type) -> Any:
-    """Instance of ``part`` of ``kind``, with what its ``protocol`` does by default where the instance does not say.
-
-    Raises :class:`InputError` where a part of the protocol without a default is missing.
-    """
+    """Instance of ``part`` of ``kind`` with defaults of its ``protocol``; raises :class:`InputError` if incomplete."""
     maker, made = kind.load(part), None
     missing = {*getattr(maker, "__abstractmethods__", ())}  # of one that inherits the protocol, which cannot be made
     if not missing:
@@ -261,41 +287,36 @@ REPORTS: Mapping[str, Report[Any]] = Parts(lambda kind: _made(kind, "report", Re
 
 
 def completed(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
-    """``runs`` with an estimate of what they leave open, which is told unless ``quiet``."""
+    """Estimate what ``runs`` leave open; print the estimates unless ``quiet``."""
     found = [TESTS[run.rig.kind].completed(run) for run in runs]
-    for _, said in found:
-        if said and not quiet:
-            tell(said)
+    for _, text in found:
+        if text and not quiet:
+            tell(text)
     return [run for run, _ in found]
 
 
-SCALES = {"macro": "shells (macro)", "meso": "yarns (meso)"}
-
-
 def run_stamp(run: Run, failures: Sequence[str]) -> Stamp:
-    """Stamp of the pictures of ``run``, whose gates refused it for ``failures`` or passed."""
+    """Stamp of the pictures of ``run``: its size, and the ``failures`` of its quality checks."""
     test = " ".join(filter(None, (run.rig.kind, run.direction)))
     many = f"{run.variability.specimens} specimens" if run.variability.specimens > 1 else ""
     seed = f"seed {run.variability.seed}"
     facts = (
-        run.fabric.name, f"parameters {numbers_of(run.parameters)}", test, SCALES[run.model.scale],
+        run.fabric.name, f"parameters {numbers_of(run.parameters)}", test, f"{run.model.scale} model",
         f"preset {run.model.preset}", *size_of(run), many, seed,
     )  # fmt: skip
-    verdict = f"comparison refused: {'; '.join(failures)}" if failures else "gates passed"
+    verdict = f"rejected: {'; '.join(failures)}" if failures else "quality checks passed"
     accepted = [one.stated for one in loosened(run)]
-    looser = f", with accepted limits: {'; '.join(accepted)}" if accepted and run.accept_limits else ""
-    return Stamp(facts, f"{verdict}{looser}{_taken_over(run)}", bad=bool(failures or looser))
+    relaxed = f", with relaxed limits: {'; '.join(accepted)}" if accepted and run.accept_limits else ""
+    owners = borrowed(run.fabric)
+    assumed = [f"{field} of {owners[field]}" for field in deciding(run) if field in owners]
+    assumed += assumed_friction(run)
+    ending = f"; assumed: {', '.join(assumed)}" if assumed else ""
+    return Stamp(facts, f"{verdict}{relaxed}{ending}", bad=bool(failures or relaxed))
 
 
 def size_of(run: Run) -> tuple[str, ...]:
-    """Size of the specimen and the forces on it, in words; nothing of a test that does not state it."""
+    """Size of the specimen and the forces on it, in words; empty of a test that does not state it."""
     kind = kinds()[run.rig.kind]
+    if isinstance(kind.size, tuple):
+        return tuple(text.format(rig=run.rig) for text in kind.size)
     return tuple(kind.load("size")(run)) if kind.size else ()
-
-
-def _taken_over(run: Run) -> str:
-    """Curves of another fabric that decide the test, and friction that was not measured for it."""
-    owners = borrowed(run.fabric)
-    found = [f"{field} of {owners[field]}" for field in deciding(run) if field in owners]
-    found += assumed_friction(run)
-    return f"; assumed: {', '.join(found)}" if found else ""

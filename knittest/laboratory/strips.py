@@ -1,10 +1,9 @@
-"""Specimens of yarns in a rig: strips with scatter, needles, weights, shear angles, and rigid parts that frames
-show.
-"""
+"""Specimens of yarns in a rig: strips with scatter, needles, weights, shear angles, and rigid parts of frames."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil, floor
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,9 @@ from knittest.config.run import Run
 from knittest.fabric.relax import relaxed_cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
 from knittest.fabric.topology import YarnDraws, draw
+from knittest.models.boundary import Readings
 from knittest.models.explicit_model import ExplicitModel
+from knittest.models.tool import Table, ramp
 from knittest.solve.state import SILENT, Observer
 
 AXIS = {"warp": 1, "weft": 0}
@@ -32,7 +33,7 @@ class YarnStrip:
 
 
 def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
-    """Whole yarns of ``direction`` in the width; a fractional count goes down or up, alternately in an ensemble."""
+    """Whole yarns of ``direction`` in the width; a fraction is rounded down or up, alternately in an ensemble."""
     assert isinstance(run.rig, StripRig)
     exact = run.rig.width_mm * run.fabric.density_per_mm.of(direction)
     if abs(exact - round(exact)) < 0.25:
@@ -42,7 +43,7 @@ def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
 
 
 def carrying_width(run: Run, direction: Direction, specimen: int = 0) -> float:
-    """Width [mm] that carries the force of a strip: its own of shells, that of its whole yarns of yarns."""
+    """Width [mm] that carries the force of a strip: its own (macro), or that of its whole yarns (meso)."""
     assert isinstance(run.rig, StripRig)
     if run.model.scale == "macro":
         return run.rig.width_mm
@@ -62,17 +63,25 @@ def cut(
     observer: Observer = SILENT,
     gripped: tuple[Direction, float] | None = None,
 ) -> YarnStrip:
-    """Yarn paths of ``n_wales`` by ``n_courses`` cells; ``gripped`` names a system whose yarns are held over a share of
-    their length at both ends, so that their weakest place lies between.
-    """
-    observer.phase("laying out the yarns")  # the cell was relaxed, and announced, before the folder was opened
+    """Yarn paths of ``n_wales`` by ``n_courses`` cells; ``gripped``: a system and its held share at both ends."""
+    observer.phase("generating the yarns")  # the cell was relaxed, and announced, before the folder was opened
     cell = relaxed_cell(run.fabric)
     counts = {"warp": n_wales, "weft": n_courses, "knit": n_courses}
     draws = {s: draw(run.fabric, run.variability, s, n, specimen) for s, n in counts.items()}
     if gripped is not None:
         system, share = gripped
         draws[system] = replace(draws[system], weakest=share + (1.0 - 2.0 * share) * draws[system].weakest)
-    table = _yarn_table(draws)
+    columns: dict[str, list[Any]] = {
+        "system": [[s] * len(d.slack) for s, d in draws.items()],
+        "yarn": [np.arange(1, len(d.slack) + 1) for d in draws.values()],
+        "fracture_strain_pct": [100.0 * d.fracture_strain for d in draws.values()],
+        "slack_pct": [100.0 * d.slack for d in draws.values()],
+        "wave_amplitude_relative": [d.amplitude for d in draws.values()],
+    }
+    if (loop := draws["knit"].loop) is not None:
+        slacks = ((s, d.slack) for s, d in draws.items())
+        columns["loop_length_relative"] = [loop if s == "knit" else np.ones_like(slack) for s, slack in slacks]
+    table = {name: np.concatenate(parts) for name, parts in columns.items()}
     draws |= {s: _slack_as_wave(run, s, draws[s]) for s in AXIS}
     mesh = run.model.meso
     amplitude = {
@@ -85,10 +94,7 @@ def cut(
 
 
 def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
-    """Add the slack of wavy yarns to their wave, as length that straightens first; straight yarns keep it in their law.
-
-    A law that carries nothing up to the slack makes a yarn a row of loose links, which rattle when they are pulled.
-    """
+    """Add slack of wavy yarns to their wave: a law without force makes a yarn a row of loose, rattling links."""
     crimp = run.fabric.reinforcing.crimp_fraction.of(system)
     if crimp <= 0.0:
         return draws
@@ -96,58 +102,50 @@ def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
     return replace(draws, amplitude=draws.amplitude * wider, slack=np.zeros_like(draws.slack))
 
 
-def _yarn_table(draws: dict[str, YarnDraws]) -> dict[str, np.ndarray]:
-    systems = list(draws)
-    table = {
-        "system": np.concatenate([[s] * len(draws[s].slack) for s in systems]),
-        "yarn": np.concatenate([np.arange(1, len(draws[s].slack) + 1) for s in systems]),
-        "fracture_strain_pct": np.concatenate([100.0 * draws[s].fracture_strain for s in systems]),
-        "slack_pct": np.concatenate([100.0 * draws[s].slack for s in systems]),
-        "wave_amplitude_relative": np.concatenate([draws[s].amplitude for s in systems]),
-    }
-    if (loop := draws["knit"].loop) is not None:
-        table["loop_length_relative"] = np.concatenate(
-            [loop if s == "knit" else np.ones_like(draws[s].slack) for s in systems]
-        )
-    return table
-
-
 def on_needles(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Nodes that hang on needles, about which the yarns may turn: the ends of each ``chain`` (n,) and the crests of
-    those loops that no further course holds, ``beyond`` (n,) [mm] the sides across the wales.
-    """
+    """Nodes on needles: ends of each ``chain`` (n,), and crests of edge loops, ``beyond`` (n,) [mm] the sides."""
     change = chain[1:] != chain[:-1]
     ends = np.append(True, change) | np.append(change, True)
     crest = np.append(False, (beyond[1:-1] >= beyond[:-2]) & (beyond[1:-1] > beyond[2:]))
     return np.flatnonzero(ends | (np.append(crest, False) & (beyond > 0.0)))
 
 
+def unevenness(height: float, seed: int, count: int) -> Array:
+    """Random offsets (count,) up to ``height`` [mm] either way, from which wrinkles start."""
+    return np.random.default_rng(seed).uniform(-height, height, count)
+
+
+def centred(paths: Iterable[YarnPath], size: Array) -> list[YarnPath]:
+    """``paths`` of a piece of ``size`` (2,) [mm] along x and y, moved about the origin."""
+    middle = 0.5 * np.append(size, 0.0)
+    return [replace(path, points=path.points - middle) for path in paths]
+
+
+def along_and_across(direction: str, along: int, across: int) -> tuple[int, int]:
+    """Numbers of wales and courses of a strip with ``along`` and ``across`` pitches, cut along ``direction``."""
+    return (across, along) if direction == "warp" else (along, across)
+
+
 def weights(fabric: Fabric, gravity: float, model: ExplicitModel, area: float) -> Array:
-    """Weight of each node [N] under ``gravity`` [mm/ms^2]: the measured area mass on ``area`` [mm^2], spread as the
-    model's mass.
-    """
+    """Weight of each node [N] under ``gravity`` [mm/ms^2], of the measured area mass on ``area`` [mm^2]."""
     given = fabric.area_mass_g_per_mm2 * area
     return model.mass * (given / model.mass.sum()) * gravity
 
 
-#: depth of a jaw that holds no more of the specimen, over the width that it holds, and what it stands out beyond the
-#: specimen over its depth
+#: least depth of a jaw over the width that it holds, and what it stands out beyond the specimen over its depth
 DEPTH, AROUND = 0.06, 0.35
 #: facts of a strip between two jaws: where their faces are at the start, along the strip
 STRIP_JAWS = ("fixed_jaw_mm", "moving_jaw_mm")
 
 
 def block(name: str, section: Array, sides: tuple[float, float], offset: Array, *, along: int = 1) -> Body:
-    """A block with the convex ``section`` (k, 2) [mm] in the plane of axis ``along`` (0: x, 1: y) and z, between
-    ``sides`` [mm] of the other axis, moved by ``offset`` (n_frames, 3) [mm].
-    """
+    """Block between ``sides`` [mm] with a convex ``section`` (k, 2) [mm] in the plane of axis ``along`` and z."""
     k = len(section)
     points = np.zeros((2 * k, 3))
     points[:, along], points[:, 2] = np.tile(section, (2, 1)).T
     points[:, 1 - along] = np.repeat(sides, k)
-    first = np.arange(1, k - 1)
+    first, here, there = np.arange(1, k - 1), np.arange(k), np.roll(np.arange(k), -1)
     lid = np.column_stack([np.zeros_like(first), first, first + 1])
-    here, there = np.arange(k), np.roll(np.arange(k), -1)
     around = np.vstack([np.column_stack([here, there, k + there]), np.column_stack([here, k + there, k + here])])
     return Body(name, points, np.vstack([lid, lid + k, around]), offset)
 
@@ -162,10 +160,7 @@ def plate_block(name: str, centre: Array, lengths: Array, offset: Array) -> Body
 def jaw(
     name: str, history: History, axis: int, face: tuple[float, float], offset: Array, *, aside: float = AROUND
 ) -> Body:
-    """A jaw on all of the specimen beyond its ``face``: where that is along ``axis`` (0: x, 1: y) [mm], and which way
-    (-1 or 1) it holds the specimen from there on; moved by ``offset`` (n_frames, 3) [mm]. It stands out ``aside`` of
-    the specimen by this share of its depth.
-    """
+    """Jaw beyond ``face``: its place along ``axis`` [mm] and direction; moved by ``offset``; ``aside`` its margin."""
     place, way = face
     first, radius = history.frames[0].position, float(history.mesh.radius.max())
     low, high = first.min(axis=0) - radius, first.max(axis=0) + radius
@@ -179,15 +174,40 @@ def jaw(
 
 def strip_jaws(specimen: Specimen, axis: int) -> list[Body]:
     """The fixed and the moving jaw of a strip that is pulled along ``axis`` (0: x, 1: y)."""
-    history = specimen.history
-    still = np.zeros((len(history.frames), 3))
-    moved = still.copy()
-    moved[:, axis] = at_frames(history, "displacement_mm")
-    fixed, moving = (specimen.facts[name] for name in STRIP_JAWS)
+    history, (fixed, moving) = specimen.history, (specimen.facts[name] for name in STRIP_JAWS)
+    moved = offsets(history, {axis: "displacement_mm"})
+    still = np.zeros_like(moved)
     return [
         jaw("fixed jaw", history, axis, (fixed, -1.0), still),
         jaw("moving jaw", history, axis, (moving, 1.0), moved),
     ]
+
+
+def creeping(speed: float, share: float, ramp_time: float, start: float, full: float) -> Table:
+    """Velocity [mm/ms] over time [ms]: 0 until ``start``, a ``share`` of ``speed``, all of it from ``full`` on."""
+    slow, faster = ramp(ramp_time, share * speed), ramp(ramp_time, (1.0 - share) * speed)
+    time = (0.0, *(start + t for t in slow.time), *(full + t for t in faster.time))
+    return Table(time, (0.0, *slow.value, *(slow.value[-1] + v for v in faster.value)))
+
+
+def two_plates(centres: Array, lengths: Array, offsets: Sequence[Array]) -> list[Body]:
+    """The lower and the upper plate of ``lengths`` (3,) about ``centres`` (2, 3) [mm], moved by ``offsets``."""
+    placed = zip(("lower plate", "upper plate"), centres, offsets, strict=True)
+    return [plate_block(name, centre, lengths, offset) for name, centre, offset in placed]
+
+
+def clamp_forces(readings: Readings) -> dict[str, float]:
+    """Mean force [N] of both clamps, and each: after a break the moving one still feels inertia."""
+    fixed, moving = readings.reaction[:2]
+    return {"force_n": 0.5 * float(moving - fixed), "force_moving_n": float(moving), "force_fixed_n": -float(fixed)}
+
+
+def offsets(history: History, columns: Mapping[int, str], way: float = 1.0) -> Array:
+    """Motion (n_frames, 3) [mm] of a body that moves along axes by ``columns`` of the curve, times ``way``."""
+    found = np.zeros((len(history.frames), 3))
+    for axis, column in columns.items():
+        found[:, axis] = way * at_frames(history, column)
+    return found
 
 
 def at_frames(history: History, column: str) -> Array:
@@ -218,23 +238,24 @@ def angle_scatter(angle: Array) -> AngleScatter:
 
 
 def shell_angles(frame: Frame) -> Array:
-    """Shear angle [rad] of each shell of a picture frame, positive where the frame's is; (n_el,).
-
-    Warp and weft lie at +-45 deg to the pulled diagonal, which closes the angle between warp and minus weft.
-    """
+    """Shear angle [rad] of each shell, (n_el,), positive as the frame's, which closes warp and minus weft."""
     return -frame.fields["shear_angle"]
 
 
 def crossing_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
-    """Shear angle [rad] at each crossing of warp and weft, (n,), and its place [mm], (n, 2); signed as the frame's.
-
-    Directions are those of the pieces of both yarns, one pitch long, that cross there.
-    """
+    """Shear angle [rad] at each crossing, (n,), between both pitches there, signed as the frame's; its place [mm]."""
     warp, weft = (pieces(mesh, frame, s) for s in ("warp", "weft"))
     across = weft[0].transpose(1, 0, 2)
     cosine = np.sum(warp[0] * across, axis=2)
     cosine /= np.linalg.norm(warp[0], axis=2) * np.linalg.norm(across, axis=2)
     return np.arcsin(cosine).ravel(), warp[1][..., :2].reshape(-1, 2)
+
+
+def material_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
+    """Shear angle [rad] of each shell or crossing, (n,), and its place in plan [mm], (n, 2)."""
+    if mesh.kind == "shells":
+        return shell_angles(frame), frame.position[mesh.cells].mean(axis=1)[:, :2]
+    return crossing_angles(mesh, frame)
 
 
 def pieces(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:

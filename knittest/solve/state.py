@@ -36,10 +36,10 @@ class Rig(Protocol):
     duration: float  # longest time [ms]
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
-    mounted_at: float  # time [ms] until which the specimen is mounted; it relaxes then, and energies start
-    locks: bool  # ends where yarns lock, see :data:`knittest.solve.simulate.LOCKED`
-    averaged_from: float  # time [ms] from which the tools' forces on the nodes are averaged
-    marks: tuple[float, ...]  # shares of the duration at which frames are wanted besides even ones
+    mounted_at: float = 0.0  # time [ms] until which the specimen is mounted; it relaxes then, and energies start
+    locks: bool = False  # ends where yarns lock, see :data:`knittest.solve.simulate.LOCKED`
+    averaged_from: float = np.inf  # time [ms] from which the tools' forces on the nodes are averaged
+    marks: tuple[float, ...] = ()  # shares of the duration at which frames are wanted besides even ones
 
     def constrain(self, boundary: Boundary) -> None:
         """Add supports, motions, loads and tools to ``boundary``."""
@@ -51,7 +51,8 @@ class Rig(Protocol):
         """Curve columns at ``time`` [ms] from the means of the last steps."""
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Return whether the test is over, with the force and its peak [N] and whether anything has failed."""
+        """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""
+        return False
 
 
 @dataclass

@@ -96,7 +96,7 @@ def test_all_four_tests_make_one_experiment_and_one_block_of_the_fabric(place, c
     shear = table("picture-frame.csv")["normalised_shear_force_n_per_mm_at_deg.40"]
     assert float(shear["mean"]) == pytest.approx(0.08, rel=5e-3) and shear["n"] == "3"
     said = capsys.readouterr().out
-    assert "first loading alone" in said and "2 faces rubbing" in said and "plane at 41.5 deg" in said
+    assert "first loading only" in said and "2 faces rubbing" in said and "plane at 41.5 deg" in said
 
 
 def test_a_direction_is_asked_of_strips_and_refused_of_frames(place, capsys):
@@ -118,7 +118,7 @@ def test_a_pull_out_and_a_cycled_frame_are_imported_by_the_command(place, capsys
     assert "looks like a pull-out test: give --test pull-out" in capsys.readouterr().err
     sizes = ["--embedded-length", "50", "--crossing-density", "28"]
     assert run([*pull, "--test", "pull-out", *sizes]) == 2
-    assert "which edges of the piece were clamped" in capsys.readouterr().err
+    assert "clamped edges are unknown" in capsys.readouterr().err
     assert run([*pull, "--test", "pull-out", *sizes, "--clamped", "far"]) == 0
     found = table("pull-out-weft.csv")
     assert float(found["crossing_friction_n"]["mean"]) == pytest.approx(0.02, rel=2e-3)

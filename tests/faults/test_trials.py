@@ -111,7 +111,7 @@ def test_closing_ends_a_process_that_does_not_listen(tmp_path, monkeypatch):
 def test_refused_input_and_gates_are_records_with_their_reason(tmp_path):
     unscaled, fast = trial(20.0, 4.0, "solver.target_step=1"), trial(20.0)
     records = run(tmp_path, [unscaled, fast])
-    assert records[unscaled.key].status == "invalid" and "not mass-scaled" in records[unscaled.key].reason
+    assert records[unscaled.key].status == "invalid" and "no mass scaling" in records[unscaled.key].reason
     assert records[fast.key].status == "refused" and "kinetic energy over work" in records[fast.key].reason
     assert records[fast.key].summary["results"]["peak_force_n"] > 0 and records[fast.key].results == {}
 

@@ -149,7 +149,7 @@ CASES = {
         "model.macro.element_size = 51: must be at most rig.width, 50 mm",
     ),
     "overhang longer than the strip": (
-        "cantilever", "rig.overhang=299", "rig.overhang=300", "rig.overhang = 300: longer than the strip",
+        "cantilever", "rig.overhang=299", "rig.overhang=300", "rig.overhang = 300: must be less than rig.length",
     ),
     "uneven blank": (
         "forming", "rig.imperfection=1.1", "rig.imperfection=1.11",

@@ -11,7 +11,7 @@ from knittest.config.loading import resolve
 from knittest.config.starting import taken_over
 from knittest.fabric.relax import relaxed_cell
 from knittest.runs.preflight.command import counterparts
-from knittest.runs.preflight.of_tests import Counterpart, summary_line, table_cells, table_lines
+from knittest.runs.preflight.of_tests import Counterpart, summary_line, table_cells
 from knittest.runs.preflight.of_tests import test_counterparts as of_tests
 from knittest.runs.preflight.of_yarns import cell_counterparts, cell_mass
 
@@ -192,15 +192,3 @@ def test_options_of_a_test_are_heard_and_those_of_another_refused(capsys):
     assert run(["check", "forming", *words, "--ratio", "1"]) == 2
     assert "--ratio: forming has no such option" in capsys.readouterr().err
     assert run(["check", "forming", *words, "--blank-holder-force", "0"]) == 0
-
-
-def test_on_a_narrow_terminal_a_row_is_two_lines_that_hold_all_of_it():
-    row = Counterpart("warp crimp", "f", "%", 0.6, "tuned", 0.75, "relaxed cell", 0.1)
-    none = Counterpart("area mass", "f", "g/m2", 800.0, "assumed", None, "the fabric names no experiment")
-    assert table_lines([row, none], 80) == [
-        "  warp crimp: differs, -20.0 %",
-        "      0.6 % in the file (tuned); 0.75 %: relaxed cell",
-        "  area mass: no counterpart",
-        "      800 g/m2 in the file (assumed); the fabric names no experiment",
-    ]
-    assert len(table_lines([row, none], 140)) == 3

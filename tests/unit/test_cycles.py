@@ -1,12 +1,45 @@
-"""Cycles of a picture frame: of a law with friction in closed form, of other curves by hand, and what is refused."""
+"""Picture frame: its motion, its cycles in closed form and by hand, and its end by the law and by locking."""
+
+from math import radians
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
+from knittest.laboratory.judging import locking
+from knittest.laboratory.law_end import ends_with_its_law
 from knittest.laboratory.picture_frame.rig import PictureFrameTest
 from knittest.laboratory.picture_frame.test import cycle_results, cycles_of
+from knittest.materials.trellis import crosshead
+from knittest.runs.specimen import prepare
+from knittest.solve.simulate import LOCKED, START_ROWS, is_locked
+
+
+def frame_rig(*sets: str) -> PictureFrameTest:
+    run = resolve(test="picture-frame", variant="1", scale="macro", sets=["rig.side=180", "solver.ramp=1", *sets])
+    return PictureFrameTest(run, np.zeros(0, np.int64), 180.0**2)
+
+
+@pytest.mark.parametrize("side", [180.0, 250.0])
+def test_the_crosshead_starts_at_the_speed_of_the_run(side):
+    """d' = sqrt(2) L p' = L gamma' / sqrt(2) at small angles, with the frame's side L, not the fabric's."""
+    rig = frame_rig("solver.speed=0.5", f"rig.frame_side={side}")
+    now, later = (crosshead(rig.angle(t), side) for t in (2.0, 3.0))  # after the closing and the start, 1 ms each
+    assert later - now == pytest.approx(0.5, rel=0.01)
+
+
+def test_it_ends_at_the_largest_angle_after_its_turns():
+    rig = frame_rig("solver.speed=2", "rig.max_angle=20")
+    assert rig.angle(rig.duration) == pytest.approx(radians(20.0), rel=1e-6)
+    turning = frame_rig("solver.speed=2", "rig.max_angle=30", "rig.turns=[20, 5]")
+    angles = np.array([turning.angle(t) for t in np.linspace(0.0, turning.duration, 400)])
+    first = int(np.argmax(np.diff(angles) < 0.0))
+    assert angles[first] == pytest.approx(radians(20.0), abs=0.002)
+    assert angles[first:].min() == pytest.approx(radians(5.0), abs=0.002)
+    assert angles[-1] == pytest.approx(radians(30.0), rel=1e-6)
 
 
 def loops(share: float, count: int, most: float = 20.0) -> dict[str, np.ndarray]:
@@ -62,7 +95,7 @@ def test_cycles_end_where_they_began_and_stand_alone():
     rig = PictureFrameTest(run, np.zeros(0, np.int64), 100.0)
     assert np.interp(rig.duration, rig.shear.time, rig.shear.value) == 0.0  # at rest, as it began
     assert np.rad2deg(rig.angle(rig.duration)) == pytest.approx(0.0, abs=1e-9)
-    with pytest.raises(InputError, match=r"leave out turns, or cycles"):
+    with pytest.raises(InputError, match=r"cannot be combined with cycles"):
         resolve(variant="1", test="picture-frame", sets=["rig.turns=[20, 5]", "rig.cycles=1"])
 
 
@@ -74,3 +107,58 @@ def test_frames_of_yarns_go_through_cycles_at_a_sixth_of_their_speed(preset):
         for sets in ((), ("rig.cycles=1", "rig.max_angle=20"))
     )
     assert cycled.speed == pytest.approx(0.5) and cycled.ramp == pytest.approx(6.0 * once.ramp)
+
+
+SHORT = ("fabric.macro.shear.curve=null", "fabric.macro.shear.points=[[0, 0], [20, 0.01], [33.37, 0.03]]")
+
+
+def frame(*sets: str, test: str = "picture-frame", **more: Any) -> Any:
+    return resolve(test=test, variant="1", scale="macro", preset="quick", sets=[*SHORT, *sets], **more)
+
+
+@pytest.mark.parametrize("test", ["picture-frame", "bias-extension"])
+def test_a_run_without_an_end_takes_that_of_its_law(test: str) -> None:
+    run, said = ends_with_its_law(frame(test=test))
+    assert run.rig.max_angle == 33.3  # type: ignore[attr-defined]
+    assert said == "rig.max_angle = 33.3 deg instead of the default 45 deg, because macro.shear ends there"
+    prepare(run)
+
+
+@pytest.mark.parametrize("stated", ["rig.max_angle=45", "rig.turns=[40, 10]"])
+def test_a_stated_end_stays_and_is_refused(stated: str) -> None:
+    run = frame(stated)
+    assert ends_with_its_law(run) == (run, "")
+    with pytest.raises(InputError, match=r"--set rig\.max_angle=33\.3"):
+        prepare(run)
+
+
+@pytest.mark.parametrize(
+    ("sets", "more"),
+    [
+        ((SHORT[0], "fabric.macro.shear.points=[[0, 0], [0.04, 0.01], [0.05, 0.03]]"), {}),  # of no angle
+        ((), {}),  # the shipped one, which has no end
+        ((), {"test": "tensile", "direction": "warp"}),
+        ((), {"scale": "meso"}),
+    ],
+)
+def test_a_law_of_no_angle_or_none_at_all_leaves_the_run_as_it_is(sets: tuple[str, ...], more: dict[str, Any]) -> None:
+    asked = {"test": "picture-frame", "variant": "1", "scale": "macro", "preset": "quick"} | more
+    run = resolve(**asked, sets=list(sets))
+    assert ends_with_its_law(run) == (run, "")
+
+
+def rows(contact, work, n=START_ROWS + 1):
+    return [{"contact_mj": contact, "external_mj": work} for _ in range(n)]
+
+
+def test_contacts_that_bear_a_tenth_of_the_work_lock():
+    assert is_locked(rows(1.01 * LOCKED, 1.0)) and not is_locked(rows(0.99 * LOCKED, 1.0))
+    assert not is_locked(rows(1.0, 1.0, START_ROWS)), "the start has no work yet"
+    assert not is_locked([*rows(0.05, 1.0), *rows(0.05, 0.1)]), "work that a frame gives back counts"
+
+
+def test_the_angle_is_named():
+    history = SimpleNamespace(curve={"frame_shear_angle_deg": np.array([0.0, 24.2])})
+    (said,) = locking(history, 45.0)
+    assert "locks at 24.2 deg" in said and "before 45 deg" in said
+    assert locking(history, 24.5) == ()

@@ -206,13 +206,13 @@ def test_the_span_of_friction_holds_the_samples_of_its_static_force() -> None:
 def test_too_few_rows_and_a_failure_long_before_the_peak_refuse() -> None:
     few = history(external_mj=np.append(np.zeros(ROWS - 5), np.arange(1.0, 6.0)))
     (reason,) = judged(few, run_of("friction", "output.samples=100")).failures
-    assert reason.startswith("5 rows of energies") and "output.samples=300 gives" in reason
+    assert reason.startswith("5 samples lie between") and "--set output.samples=300" in reason
     run, span = run_of("tensile"), Span(to_failure=True)
     assert not judged(replace(history(), first_failure=24), run, span).failures
     (reason,) = judged(replace(history(), first_failure=22), run, span).failures  # 210 of the 900 mJ at the peak
-    assert reason.startswith("the first failure comes at 23 % of the work at the largest force")
+    assert reason.startswith("the first failure comes at 23 % of the work up to the peak force")
     (reason,) = judged(history(), run, span).failures
-    assert reason == "nothing failed up to rig.max_strain: the peak is not a strength"
+    assert reason == "nothing failed up to rig.max_strain, so the peak force is no strength: raise rig.max_strain"
 
 
 def test_forming_that_drags_more_than_a_tenth_of_the_weight_is_refused_with_settings() -> None:
@@ -220,7 +220,7 @@ def test_forming_that_drags_more_than_a_tenth_of_the_weight_is_refused_with_sett
     assert not judged(history(), run, drag=0.0999).failures
     (reason,) = judged(history(), run, drag=0.4).failures
     assert "drag of damping over weight and holder's force 40.00 % is above 10 %" in reason
-    assert "solver.damping=0.006 with solver.speed=0.05 passes on shells of quick" in reason
+    assert "preset quick passes with --set solver.damping=0.006 --set solver.speed=0.05" in reason
     assert not judged(history(), run_of("forming"), drag=0.0999).failures
     assert [gate.key for gate in gates_of(run_of())].count("drag_over_weight") == 0
 
@@ -233,7 +233,7 @@ def test_shear_beyond_the_law_by_area_with_what_a_law_needs() -> None:
     assert (found.share, found.end, found.largest, found.needed) == (pytest.approx(0.03), 48.7, 60.0, 20.0)
     assert worst_of(ANGLE, AREA, 50.0 - 0.99 * MARGIN).share == pytest.approx(0.01), "a frame scatters about its end"
     assert worst_of(ANGLE, AREA, 5.0).needed == 20.0
-    assert "3.0 % of the fabric is sheared beyond the end of its law, 48.7 deg, by up to 60 deg" in found.stated
+    assert "3.0 % of the fabric is sheared beyond the end of its shear law, 48.7 deg, up to 60 deg" in found.stated
     squares = np.array([[[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]], [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]])
     assert shell_areas(squares.astype(float)) == pytest.approx([6.0, 1.0])
 

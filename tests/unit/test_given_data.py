@@ -75,7 +75,7 @@ def judged_as_input(metrics) -> bool:
 def test_files_of_the_import_are_inputs_of_shells_and_rated_for_yarns(imported, name):
     path = imported / f"data/mine/warp/{name}.csv"
     found = compared(path)
-    assert judged_as_input(found) and "the shells were given" in found["note"]
+    assert judged_as_input(found) and "input of the macro model" in found["note"]
     assert not judged_as_input(compared(path, scale="meso"))
 
 
@@ -84,7 +84,7 @@ def test_the_laboratorys_own_file_of_an_imported_strip_is_an_input(imported, end
     path = raw(imported / "warp-strip.csv", end, strip_force(end))
     found = compared(path)
     assert judged_as_input(found)
-    assert "the shells were given" in found["note"]
+    assert "input of the macro model" in found["note"]
 
 
 def test_a_strip_of_another_series_is_rated(imported):
@@ -108,7 +108,7 @@ def test_a_copy_of_the_curve_or_of_the_import_is_recognised(imported):
     copy = imported / "my-warp.csv"
     copy.write_text("strain_pct,force_n\n" + rows)
     found = compared(copy, strip_width_mm=100.0)
-    assert judged_as_input(found) and "the shells were given the same data" in found["note"]
+    assert judged_as_input(found) and "input of the macro model: the same data" in found["note"]
     shutil.copytree(imported / "data/mine", imported / "elsewhere")
     for old in (imported / "data/mine").glob("*/specimen-*.csv"):
         old.unlink()
@@ -133,7 +133,7 @@ def test_a_strip_of_unknown_direction_is_not_rated(imported, capsys):
     found = compared(path)
     assert found["reference_kind"] == "measured" and found["rating"] is None
     assert found["no_rating"] == (
-        "the file states no direction: taken as warp; add '# direction: warp' to its head if it is"
+        "the file states no direction, warp is assumed; confirm it by a line '# direction: warp'"
     )
     folder = write_run(imported / "r", variant="mine")
     own = load_curve(path)

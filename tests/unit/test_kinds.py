@@ -157,9 +157,8 @@ def test_a_run_of_a_rig_that_is_none_is_no_class():
 def test_config_and_files_of_a_test_stand_in_its_folder(name):
     kind, folder = kinds()[name], f"knittest.laboratory.{name.replace('-', '_')}."
     parts = (kind.run, kind.test, kind.report, kind.size, kind.sheet, kind.presets, kind.advice, kind.laboratory)
-    assert all(
-        part.startswith(folder) for part in (*parts, kind.origin, kind.lasting, kind.corrections, kind.study) if part
-    )
+    named = [one for one in (*parts, kind.origin, kind.lasting, kind.corrections, kind.study) if isinstance(one, str)]
+    assert all(part.startswith(folder) for part in named if part)
     rig = rig_model(name)
     assert (rig.spans or "macro" not in kind.scales) and set(rig.spans) <= set(rig.model_fields)
 

@@ -54,7 +54,7 @@ def test_unloading_is_left_out(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (HEAD + "1;1\n2;10\n3;100\n", "expected the distance of the plates, which falls, and not their way"),
+        (HEAD + "1;1\n2;10\n3;100\n", "expected the distance of the plates, which falls, not their travel"),
         (HEAD + "300;1\n200;10\n100;100\n", r"expected 0\.05 to 50 mm: check the unit of the thickness"),
         (HEAD + "3;0,001\n2,9;0,01\n2,8;0,1\n", "check the unit of the pressure"),
         ("Dicke [mm];Kraft [N]\n3;1\n2;10\n", "the file states no plate diameter: give --plate-diameter"),

@@ -112,14 +112,14 @@ def test_the_number_of_cycles_is_found(tmp_path):
 @pytest.mark.parametrize(
     ("stops", "said"),
     [
-        ((TURN,), r"the frame does not come back from 20 deg: expected a way back to 0 deg"),
-        ((TURN, 5.0), r"cycle 1 comes back to 5 deg, with -?[\d.]+ N: expected a way back to 0 deg"),
-        ((TURN, 0.8), r"cycle 1 comes back to 0\.8 deg"),
-        ((TURN, -TURN), r"cycle 1 comes back to -20 deg"),
-        ((TURN, 0.0, TURN), r"loading 2 does not come back from 20 deg"),
-        ((TURN, 0.0, 12.0), r"loading 2 does not come back from 12 deg"),
+        ((TURN,), r"the frame does not return from 20 deg; expected unloading to 0 deg"),
+        ((TURN, 5.0), r"cycle 1 returns to 5 deg, with -?[\d.]+ N; expected 0 deg"),
+        ((TURN, 0.8), r"cycle 1 returns to 0\.8 deg"),
+        ((TURN, -TURN), r"cycle 1 returns to -20 deg"),
+        ((TURN, 0.0, TURN), r"loading 2 does not return from 20 deg"),
+        ((TURN, 0.0, 12.0), r"loading 2 does not return from 12 deg"),
         ((TURN, 0.0, 1.2 * TURN, 0.0), r"cycle 2 turns at 24 deg, the first at 20 deg"),
-        ((TURN, 15.0, TURN, 0.0), r"cycle 1 comes back to 15 deg"),
+        ((TURN, 15.0, TURN, 0.0), r"cycle 1 returns to 15 deg"),
     ],
 )
 def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwise(tmp_path, stops, said):
@@ -129,20 +129,20 @@ def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwis
     (one,) = FRAME_LAB.read(path, Given())
     assert not one.cycles and one.angle[-1] == pytest.approx(TURN, abs=0.01)
     told = next(line for line in FRAME_LAB.lines([one]) if line.startswith("a: up to"))
-    assert ("first loading alone; no cycle: " in told) == (len(stops) > 1)
+    assert ("first loading only; no cycle: " in told) == (len(stops) > 1)
 
 
 def test_a_loop_that_gives_back_more_than_it_took_is_refused(tmp_path):
     path = export(tmp_path / "a.csv", share=0.3, mirrored=True)
-    with pytest.raises(InputError, match=r"cycle 1 takes [\d.]+ mJ and gives back [\d.]+ mJ: expected less"):
+    with pytest.raises(InputError, match=r"cycle 1 takes [\d.]+ mJ and returns [\d.]+ mJ, expected less"):
         FRAME_LAB.read(path, Given(loading="cycles"))
 
 
 def test_frames_of_one_series_have_the_same_cycles(tmp_path):
     one = FRAME_LAB.read(export(tmp_path / "a.csv"), Given())[0]
     for stops, said in (
-        ((TURN,), r"b\.csv: specimen b: 0 cycles, specimen a has 1: give --loading first"),
-        ((TURN, 5.0), r"specimen b: 0 cycles \(.*comes back to 5 deg.*\), specimen a has 1"),
+        ((TURN,), r"b\.csv: specimen b: 0 cycles, specimen a has 1: use --loading first"),
+        ((TURN, 5.0), r"specimen b: 0 cycles \(.*returns to 5 deg.*\), specimen a has 1"),
         ((TURN, 0.0) * 2, r"specimen b: 2 cycles, specimen a has 1"),
         ((21.0, 0.0), r"specimen b: cycles turn at 21 deg, those of specimen a at 20 deg"),
     ):
@@ -204,11 +204,11 @@ def test_cycles_up_to_another_angle_are_not_compared_and_it_is_said(tmp_path):
     other = frame("rig.cycles=2", "rig.max_angle=25")
     assert report.scaled(other, rows) == []
     (told,) = report.apart(other, rows)
-    assert "not compared: cycle_work_mj, cycle_loss_mj" in told and "cycles up to 20 deg, the run's go to 25" in told
+    assert "not compared: cycle_work_mj, cycle_loss_mj" in told and "cycles up to 20 deg, in the run up to 25" in told
     assert "--set rig.max_angle=20" in told
     three = frame("rig.cycles=3", f"rig.max_angle={TURN}")
     assert [row.quantity for row in report.scaled(three, rows)] == list(ROWS_OF_A_RUN[:4])
-    assert "the last of 2 cycles, the run has 3: --set rig.cycles=2" in report.apart(three, rows)[0]
+    assert "the last of 2 cycles, the run has 3: compare with --set rig.cycles=2" in report.apart(three, rows)[0]
     once = frame("rig.cycles=1", f"rig.max_angle={TURN}")
     assert not report.apart(once, rows) and "the first of 2" in report.scaled(once, rows)[0].table
     assert not report.apart(frame(), rows)  # no cycle in it: nothing to compare

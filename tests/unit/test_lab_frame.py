@@ -62,7 +62,7 @@ def test_only_the_first_loading_counts(tmp_path):
     (one,) = FRAME_LAB.read(frame_file(tmp_path / "a.csv", back=40.0), Given())
     (alone,) = FRAME_LAB.read(frame_file(tmp_path / "b.csv"), Given())
     assert one.turned and one.angle == pytest.approx(alone.angle) and one.force == pytest.approx(alone.force)
-    assert any("first loading alone" in line for line in FRAME_LAB.lines([one]))
+    assert any("first loading only" in line for line in FRAME_LAB.lines([one]))
 
 
 def test_a_start_that_is_not_square_or_not_free_of_force_is_asked_about(tmp_path):
@@ -107,7 +107,7 @@ def test_sides_must_be_known_and_fit(tmp_path):
     for sizes, words in (
         ({}, r"no frame side and no fabric side: give --frame-side \[mm\] and --fabric-side \[mm\]"),
         ({"frame_side_mm": 200.0}, r"states no fabric side: give --fabric-side \[mm\]"),
-        ({"frame_side_mm": 100.0, "fabric_side_mm": 200.0}, "a fabric side of 200 mm in a frame of 100 mm"),
+        ({"frame_side_mm": 100.0, "fabric_side_mm": 200.0}, "fabric side 200 mm exceeds the frame side 100 mm"),
         (
             {"frame_side_mm": 50.0, "fabric_side_mm": 50.0},
             "a displacement of 30 mm, where a frame of 50 mm is drawn out",
@@ -174,7 +174,7 @@ def test_rows_of_a_frame_are_for_the_sides_of_the_run_or_for_any(tmp_path, monke
     assert free.mean == pytest.approx(STIFFNESS * gamma / np.cos(gamma), rel=1e-3) and free.unit == "N/mm"
     assert force.mean == pytest.approx(crosshead_force(STIFFNESS * gamma, gamma, 50.0, 50.0), rel=1e-3)
     assert "for a square of 50 mm in a frame of 50 mm instead of 160 in 200 mm" in force.table
-    with pytest.raises(InputError, match="of a frame of unknown sides"):
+    with pytest.raises(InputError, match="of a frame with unknown sides"):
         REPORTS["picture-frame"].scaled(run, [replace(rows[1], conditions=UNKNOWN)])
 
 

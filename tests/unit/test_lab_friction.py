@@ -75,7 +75,10 @@ def test_the_way_back_does_not_count(tmp_path):
         ("", r"states no normal force .*give --normal-force \[N\]"),
         ("Normalkraft;2000;N\n", r"states no plate length .*give --plate-length \[mm\]"),
         ("Normalkraft;2000;N\nplate length;15;cm\n", r"states no plate width: give --plate-width \[mm\]"),
-        (HEAD.replace("2,0;kN", "2,0;N"), r"300 N of pull under 2 N is a coefficient of 75 a face: implausible"),
+        (
+            HEAD.replace("2,0;kN", "2,0;N"),
+            r"a pull force of 300 N under 2 N is a coefficient of 75 per face: implausible",
+        ),
         (
             HEAD.replace("2,0;kN", "0,01;N"),
             r"Normalkraft 0\.01: implausible, expected 0\.1 to 100000 N \(it looks like kN",
@@ -95,7 +98,7 @@ def test_slips_are_refused(tmp_path):
     assert tared.kinetic == pytest.approx(300.0)
     path = tmp_path / "m.csv"
     path.write_text(friction_file(tmp_path / "b.csv").read_text().replace("Weg [mm]", "Weg [um]"))
-    with pytest.raises(InputError, match=r"over a travel of 0\.02 mm: expected at least 3, over 1 to 1000 mm"):
+    with pytest.raises(InputError, match=r"over a travel of 0\.02 mm; expected at least 3, over 1 to 1000 mm"):
         FRICTION.read(path, Given())
     series = [
         FRICTION.read(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0]
@@ -148,7 +151,7 @@ def test_a_coefficient_of_two_faces_is_that_of_one_as_well(tmp_path):
 def test_a_pull_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path):
     path = friction_file(tmp_path / "a.csv")
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"coefficient of 75 a face: .*it looks like N: 300 N or daN: 3000 N\)"):
+    with pytest.raises(InputError, match=r"coefficient of 75 per face: .*it looks like N: 300 N or daN: 3000 N\)"):
         FRICTION.results(FRICTION.read(path, Given()), "warp", [])
 
 

@@ -157,9 +157,9 @@ def test_the_fracture_strain_of_another_fabric_does_not_cut_ones_own_curve(impor
     with pytest.raises(InputError) as error:
         fabric_laminate(shells())
     assert str(error.value) == (
-        "fabric mine, macro.fracture_strain.warp = 1.6 % (assumed) cuts macro.tension.warp, whose largest force is at "
-        "2.31 %: 38 % of it are lost; expected that of your tests, about 2.31 %, with its source (knittest new NAME "
-        "--from FOLDER takes it over from the import)"
+        "fabric mine: macro.fracture_strain.warp = 1.6 % (assumed) cuts macro.tension.warp before its largest force at "
+        "2.31 %; 38 % of this force are not reached. Give the strain at the largest force of your tests, about 2.31 %, "
+        "with its source (knittest new NAME --from FOLDER copies it from the import)"
     )
     for command in (["tensile", "--no-frames"], ["check", "tensile"], ["picture-frame"]):
         assert run([*command, "--variant", "mine", "--scale", "macro"]) == 2

@@ -27,13 +27,11 @@ def test_errors_of_second_order_are_covered_three_times(length: float, ratio: fl
     assert found["peak_force_n"]["error"] == pytest.approx(3.0 * (INERTIA + COARSENESS))
 
 
-def test_an_error_of_first_order_is_still_covered() -> None:
+@pytest.mark.parametrize(("half", "mesh", "factor"), [(1.05, 1.1, 4.0), (1.1, 1.15, 2.4)])
+def test_an_error_of_first_order_is_still_covered(half: float, mesh: float, factor: float) -> None:
     """Of the speed by 2: |change| is half of it; of a mesh with a ratio of 1.5 by 2.4 / 2."""
-    half, mesh = {"mu_paper": 1.0 + 0.05}, {"mu_paper": 1.1 + 0.05}
-    found = numerical_errors({"mu_paper": 1.1}, Repeat(half), Repeat({"mu_paper": 1.1}), 1.5, False)
-    assert found["mu_paper"]["error"] == pytest.approx(4.0 * 0.05)
-    found = numerical_errors({"mu_paper": 1.1}, Repeat({"mu_paper": 1.1}), Repeat(mesh), 1.5, False)
-    assert found["mu_paper"]["error"] == pytest.approx(2.4 * 0.05)
+    found = numerical_errors({"n": 1.1}, Repeat({"n": half}), Repeat({"n": mesh}), 1.5, False)
+    assert found["n"]["error"] == pytest.approx(factor * 0.05)
     assert mesh_factor(2.0, False) == 1.0 and mesh_factor(2.0, True) == 4.0
 
 

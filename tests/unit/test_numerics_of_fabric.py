@@ -6,8 +6,6 @@ import pytest
 from knittest.config.loading import resolve
 from knittest.laboratory.bias_extension.test import FASTEST, BiasExtensionTest, strip_of
 
-THIN = "fabric.reinforcing.beam_diameter=0.4"
-
 
 def waves(*sets, **more):
     return resolve(**{"variant": "1", "test": "picture-frame", "scale": "meso", "preset": "quick"} | more, sets=sets)
@@ -19,13 +17,8 @@ def test_shipped_fabrics_keep_the_beams_of_the_preset(variant):
 
 
 def test_thin_inlays_get_beams_of_at_most_one_and_a_third_of_their_height():
-    thin = [
-        "fabric.reinforcing.load_area=0.06",
-        "fabric.reinforcing.linear_density=150",
-        "fabric.thickness=1.8",
-        "fabric.area_mass=344",
-        THIN,
-    ]
+    yarn = ("fabric.reinforcing.load_area=0.06", "fabric.reinforcing.linear_density=150")
+    thin = [*yarn, "fabric.reinforcing.beam_diameter=0.4", "fabric.thickness=1.8", "fabric.area_mass=344"]
     run = waves(*thin)
     number = run.model.meso.elements_per_wave
     longest = max(run.fabric.wale_spacing, run.fabric.course_spacing) / number

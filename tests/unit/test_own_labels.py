@@ -150,4 +150,4 @@ def test_the_yarns_are_announced_as_laid_out_after_the_cell_was_relaxed(own: Pat
 
     with pytest.raises(Reached):
         strips.cut(resolve(test="tensile", variant="1", scale="meso", direction="warp"), 2, 2, observer=Listener())
-    assert phases == ["laying out the yarns"]
+    assert phases == ["generating the yarns"]

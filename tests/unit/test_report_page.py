@@ -113,7 +113,7 @@ def test_chart_says_what_the_curve_beside_it_is(tensile: tuple[Path, HtmlPage], 
     assert "warp: reconstructed" in page.text(page.section("run-1-curve"))
     shells = page_of(write_run(tmp_path / "shells"))
     assert "<!-- input of the model (Table 3 of Pham et al. 2019, variant 1, warp) -->" in shells.pictures()[0].decode()
-    assert "the input of the shells is itself reconstructed" in shells.text(shells.section("run-1-curve"))
+    assert "the input of the macro model is itself reconstructed" in shells.text(shells.section("run-1-curve"))
     friction = page_of(write_run(tmp_path / "plates", "friction"))
     assert "two faces, kinetic" in friction.pictures()[0].decode()
 

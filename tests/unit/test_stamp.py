@@ -36,15 +36,15 @@ def test_a_stamp_names_fabric_test_scale_preset_and_size(kind: str, scale: str) 
 
 def test_the_verdict_says_refused_and_why() -> None:
     run = resolve(test="tensile", variant="1", scale="macro")
-    assert (run_stamp(run, ()).verdict, run_stamp(run, ()).bad) == ("gates passed", False)
+    assert (run_stamp(run, ()).verdict, run_stamp(run, ()).bad) == ("quality checks passed", False)
     refused = run_stamp(run, ("kinetic energy 9 %", "energy error 3 %"))
-    assert refused.verdict == "comparison refused: kinetic energy 9 %; energy error 3 %" and refused.bad
+    assert refused.verdict == "rejected: kinetic energy 9 %; energy error 3 %" and refused.bad
 
 
 def test_accepted_limits_and_another_fabrics_curves_are_marked() -> None:
     sets = ["solver.max_kinetic_ratio=50"]
     run = resolve(test="tensile", variant="1", scale="macro", sets=sets, accept_limits=True)
-    assert "accepted limits: solver.max_kinetic_ratio = 50 %" in run_stamp(run, ()).verdict and run_stamp(run, ()).bad
+    assert "relaxed limits: solver.max_kinetic_ratio = 50 %" in run_stamp(run, ()).verdict and run_stamp(run, ()).bad
     own = resolve(test="picture-frame", variant="1", scale="macro")
     other = own.model_copy(update={"fabric": own.fabric.model_copy(update={"name": "mine"})})
     assert "assumed: macro.shear of pham2019-v1" in run_stamp(other, ()).verdict

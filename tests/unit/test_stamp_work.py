@@ -16,7 +16,7 @@ from knittest.kernels.beam import beam_energies
 from knittest.kernels.shell_output import shell_energies
 from knittest.kernels.state import Partitions, Tally
 from knittest.kernels.vec import PARTITIONS
-from knittest.laboratory.forming.formed import LABELS, MECHANISMS, stamp_work
+from knittest.laboratory.forming.formed import MECHANISMS, stamp_work
 from knittest.models import fabric_model, yarn_model
 from knittest.models.explicit_model import Stored
 from knittest.models.from_stiffness import linear_laminate
@@ -66,8 +66,8 @@ def test_mechanisms_are_the_whole_work_each_energy_counted_once(kind):
     assert table["stamp_mj"] + table["holder_and_weight_mj"] == pytest.approx(work)
     named = [name for name in MECHANISMS if f"{name}_mj" in table]
     assert sum(table[f"{name}_mj"] for name in named) == pytest.approx(work)
-    assert set(named) == set(LABELS) - (
-        {"shear", "in_plane_bending"} if kind == "beams" else {n for n in LABELS if "loop" in n} | {"torsion"}
+    assert set(named) == set(MECHANISMS) - (
+        {"shear", "in_plane_bending"} if kind == "beams" else {n for n in MECHANISMS if "loop" in n} | {"torsion"}
     )
     assert table["tool_contact_mj"] == pytest.approx(1.3 * np.arange(4.0))
     assert table["tool_friction_mj"] == pytest.approx(history.energies["friction_tools_mj"])

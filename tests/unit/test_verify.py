@@ -133,7 +133,7 @@ def test_of_an_ensemble_the_first_specimen_is_repeated(tmp_path: Path, monkeypat
     ] * 2
     row = result_rows(outcome.summary, refused=False)[0]
     assert row.simulated.endswith("numerical ± 956") and "(n 3)" in row.simulated
-    assert "numerical error: that of the first specimen" in error_lines([outcome])
+    assert "numerical error: of the first specimen only" in error_lines([outcome])
 
 
 def test_what_is_repeated_has_the_speed_of_the_first_specimen(tmp_path: Path, monkeypatch: Any) -> None:

@@ -182,13 +182,13 @@ def test_what_helps_is_said_once_where_several_gates_refuse():
     first, second = judged(replace(off, rest=rest_of(0.038))).failures
     assert first.count("longer loop") == 1 and second == "energy error 20.00 % is above 2 %"
     usual = judged(replace(off, rest=rest_of(0.137))).failures
-    assert all("would pass" in one or "try" in one for one in usual) and "solver." in usual[1]
+    assert all("--set" in one for one in usual) and "solver." in usual[1]
 
 
 def test_other_gates_keep_their_advice():
     found = replace(history(), rest=rest_of(0.038))
     (told,) = assess(run_of(), PREPARED, found, SimulationCost(penetration_max=0.5), Span()).failures
-    assert told.startswith("penetration over radius") and "would pass" in told and "wrap" not in told
+    assert told.startswith("penetration over radius") and "rerun with" in told and "wrap" not in told
 
 
 @pytest.mark.parametrize(("found", "helps"), [(0.038, "longer loop"), (0.137, "solver.speed"), (None, "solver.speed")])

@@ -41,16 +41,16 @@ def test_advice_is_true(name: str) -> None:
 
 
 def test_more_samples_are_enough() -> None:
-    setting = advice(refusals("tensile", ["output.samples=20"]), "5 rows of energies")
+    setting = advice(refusals("tensile", ["output.samples=20"]), "5 samples lie")
     assert refusals("tensile", [setting]) == ()
 
 
 def test_a_slower_test_is_enough_where_rows_cannot_be_closer() -> None:
     sets = ["rig.width=20", "rig.gauge_length=20", "solver.speed=4"]
-    reason = next(text for text in refusals("tensile", sets) if "rows of energies" in text)
+    reason = next(text for text in refusals("tensile", sets) if "samples lie between" in text)
     settings = re.findall(r"--set (\S+)", reason)
     assert settings[0].startswith("solver.speed=")
-    assert not [text for text in refusals("tensile", [*sets, *settings]) if "rows of energies" in text]
+    assert not [text for text in refusals("tensile", [*sets, *settings]) if "samples lie between" in text]
 
 
 @pytest.mark.parametrize(("gauge", "speed", "refused"), [(50, 2.0, True), (20, 0.5, False)])

@@ -74,5 +74,5 @@ def test_the_curl_of_the_free_fabric_is_no_stiffness() -> None:
 
 def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:
     weak = ["rig.path=warp", "rig.across=held", "fabric.reinforcing.fracture_strain=0.2", "rig.max_strain=0.95"]
-    with pytest.raises(InputError, match=r"tears the warp yarns, .* 0.20 %; rig\.max_strain=0\.\d+ would do"):
+    with pytest.raises(InputError, match=r"whose fracture strain is 0.20 %; use --set rig\.max_strain=0\.\d+"):
         solved(*weak, "output.samples=60")

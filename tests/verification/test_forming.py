@@ -169,5 +169,5 @@ def test_damping_drags_by_its_rate_and_speed_over_what_presses_the_blank(force, 
 
 def test_a_holder_too_light_for_the_step_is_refused():
     light = ["rig.blank_holder_force=100", "rig.holder.mass=0.005"]
-    with pytest.raises(InputError, match=r"rig.holder.mass = 0.005 kg: too light.*0.2 of the blank's 0.0\d+ kg"):
+    with pytest.raises(InputError, match=r"rig.holder.mass = 0.005 kg is too small.*0.2 of the blank's 0.0\d+ kg"):
         prepare(resolve(variant="1", scale="macro", test="forming", preset="quick", sets=light))

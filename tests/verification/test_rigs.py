@@ -76,12 +76,12 @@ def test_the_frame_force_of_a_linear_shear_law_is_the_closed_form():
 @pytest.mark.parametrize(
     ("test", "setting", "message"),
     [
-        ("friction", "rig.plate_width=40", "smaller than the strip"),
-        ("friction", "rig.travel=60", "so that the pulled end sticks out"),
+        ("friction", "rig.plate_width=40", "at least rig.width = 50 mm"),
+        ("friction", "rig.travel=60", "so that the pulled end stays outside"),
         ("friction", "rig.normal_force=0", "must be greater than 0"),
-        ("cantilever", "rig.overhang=400", "longer than the strip"),
+        ("cantilever", "rig.overhang=400", "less than rig.length = 300 mm"),
         ("picture-frame", "rig.max_angle=85", "must be at most 80"),
-        ("tensile", "solver.target_step=50", "shells are not mass-scaled"),
+        ("tensile", "solver.target_step=50", "has no mass scaling"),
         ("picture-frame", "rig.direction=warp", "unknown field"),
     ],
 )

@@ -67,8 +67,8 @@ def rest(**changes: str) -> dict[str, float]:
 
 def test_a_strip_stiffer_than_its_inlays_comes_to_the_same_rest(monkeypatch):
     """Thick loops stiffen thin inlays: a quarter of the stiffness is assumed, until the first turns show it."""
-    first, of_inlays = rest()["chord_angle_deg"], yarn_cantilever._of_inlays
-    monkeypatch.setattr(yarn_cantilever, "_of_inlays", lambda *given: 0.25 * of_inlays(*given))
+    first, inlay_stiffness = rest()["chord_angle_deg"], yarn_cantilever._inlay_stiffness
+    monkeypatch.setattr(yarn_cantilever, "_inlay_stiffness", lambda *given: 0.25 * inlay_stiffness(*given))
     assert rest()["chord_angle_deg"] == pytest.approx(first, abs=0.3)
 
 

@@ -199,8 +199,8 @@ def test_bad_shear_curves_are_refused(given, says):
     ("setting", "says"),
     [
         ("rig.max_angle=50", "shear law .macro.shear. ends at 46 deg"),
-        ("rig.frame_side=40", "at least that of the square"),
-        ("rig.turns=[5, 30]", "go up and down in turn"),
+        ("rig.frame_side=40", "at least the side of the square"),
+        ("rig.turns=[5, 30]", "alternate between loading and unloading"),
         ("rig.turns=[60, 30]", "between 0 and max_angle"),
         ("fabric.macro.shear.points=[[0, 0], [20, 1], [10, 2]]", "must rise strictly"),
         ("fabric.macro.shear.points=[[5, 0], [20, 1]]", "the first .0, 0"),

@@ -1,4 +1,4 @@
-"""Config of the bias extension test: fields, presets and the size that is shown."""
+"""Config of the bias extension test: fields, presets and the sheet of shells."""
 
 from math import sqrt
 from typing import Any, ClassVar, Literal, Self
@@ -33,8 +33,7 @@ class BiasExtensionRig(Rig):
     def _has_a_middle(self) -> Self:
         if self.gauge_length < 2.0 * self.width:
             raise BoundsError(
-                f"must be at least twice the width, {2.0 * self.width:g} mm: in shorter strips yarns run from clamp to "
-                "clamp",
+                f"must be at least twice the width, {2.0 * self.width:g} mm: else yarns run from clamp to clamp",
                 "gauge_length",
             )
         return self
@@ -53,9 +52,7 @@ WIDTH = {"quick": 30.0, "standard": 50.0, "paper": 80.0}
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     """Settings of ``preset`` at ``scale``.
 
-    Slow enough that the force of the start, which the normalisation carries on to twice, four and eight times its
-    angle, is small against that of the law. Yarns start at the speed that the softest loops bear and get faster
-    (:mod:`knittest.laboratory.bias_extension.test`).
+    The start is slow, as normalisation carries its force on to twice, four and eight times the angle; yarns get faster.
     """
     model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
     if scale == "macro":
@@ -63,12 +60,6 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     width = WIDTH[preset]
     solver = {"speed": 0.1, "ramp": 5.0, "damping": 0.01, "safety": 0.7}
     return {"model": model, "rig": {"width": width, "gauge_length": 2.0 * width}, "solver": solver}
-
-
-def stated(run: BiasExtensionRun) -> tuple[str, ...]:
-    """Size of the strip, in words."""
-    rig = run.rig
-    return (f"strip on the bias {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",)
 
 
 def sheet(run: BiasExtensionRun) -> tuple[float, float]:

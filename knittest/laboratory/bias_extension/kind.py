@@ -1,7 +1,7 @@
 """Record of the bias extension test."""
 
 from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
-from knittest.laboratory.records import CROSSINGS, LOOPS
+from knittest.laboratory.records import CROSSINGS, LOOPS, labels_at
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
@@ -19,25 +19,15 @@ KIND = TestKind(
     run="knittest.laboratory.bias_extension.config:BiasExtensionRun",
     test="knittest.laboratory.bias_extension.test:BiasExtension",
     report="knittest.laboratory.bias_extension.report:BiasExtensionReport",
-    size="knittest.laboratory.bias_extension.config:stated",
+    size=("strip on the bias {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",),
     sheet="knittest.laboratory.bias_extension.config:sheet",
     labels={
-        "bias_force_n_at_deg.10": ("force on the bias at 10 deg [N]", "{:.2f}"),
-        "bias_force_n_at_deg.20": ("force on the bias at 20 deg [N]", "{:.2f}"),
-        "bias_force_n_at_deg.30": ("force on the bias at 30 deg [N]", "{:.2f}"),
-        "bias_force_n_at_deg.40": ("force on the bias at 40 deg [N]", "{:.2f}"),
-        "bias_normalised_force_n_per_mm_at_deg.10": ("normalised, on the bias, at 10 deg [N/mm]", "{:.4f}"),
-        "bias_normalised_force_n_per_mm_at_deg.20": ("normalised, on the bias, at 20 deg [N/mm]", "{:.4f}"),
-        "bias_normalised_force_n_per_mm_at_deg.30": ("normalised, on the bias, at 30 deg [N/mm]", "{:.4f}"),
-        "bias_normalised_force_n_per_mm_at_deg.40": ("normalised, on the bias, at 40 deg [N/mm]", "{:.4f}"),
-        "middle_shear_angle_deg_at_deg.10": ("shear of the middle at 10 deg [deg]", "{:.2f}"),
-        "middle_shear_angle_deg_at_deg.20": ("shear of the middle at 20 deg [deg]", "{:.2f}"),
-        "middle_shear_angle_deg_at_deg.30": ("shear of the middle at 30 deg [deg]", "{:.2f}"),
-        "middle_shear_angle_deg_at_deg.40": ("shear of the middle at 40 deg [deg]", "{:.2f}"),
-        "crossing_slip_mm_at_deg.10": ("slip of 95 % where yarns cross, at 10 deg [mm]", "{:.3f}"),
-        "crossing_slip_mm_at_deg.20": ("slip of 95 % where yarns cross, at 20 deg [mm]", "{:.3f}"),
-        "crossing_slip_mm_at_deg.30": ("slip of 95 % where yarns cross, at 30 deg [mm]", "{:.3f}"),
-        "crossing_slip_mm_at_deg.40": ("slip of 95 % where yarns cross, at 40 deg [mm]", "{:.3f}"),
+        **labels_at("bias_force_n_at_deg", "force on the bias at {} deg [N]", "{:.2f}", _ANGLES),
+        **labels_at(
+            "bias_normalised_force_n_per_mm_at_deg", "normalised, on the bias, at {} deg [N/mm]", "{:.4f}", _ANGLES
+        ),
+        **labels_at("middle_shear_angle_deg_at_deg", "shear of the middle at {} deg [deg]", "{:.2f}", _ANGLES),
+        **labels_at("crossing_slip_mm_at_deg", "slip of 95 % where yarns cross, at {} deg [mm]", "{:.3f}", _ANGLES),
         "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
     },
     sized={f"bias_force_n_at_deg.{a}": f"bias_normalised_force_n_per_mm_at_deg.{a}" for a in _ANGLES},
@@ -47,10 +37,7 @@ KIND = TestKind(
     tables=("zones.csv",),
     presets="knittest.laboratory.bias_extension.config:settings",
     sizes=("gauge_length", "width"),
-    deciding={
-        "macro": ("macro.shear",),
-        "meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS),
-    },
+    deciding={"macro": ("macro.shear",), "meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS)},
     hinges={"membrane_share": -1},
     sheared_to="rig.max_angle",
     studied=True,
@@ -61,7 +48,7 @@ KIND = TestKind(
             Regressed(7, "quick", "macro", "quick", SHEETS),
             Regressed(4, "full", "meso", "quick", (("2", None),)),
             Regressed(8, "full", "macro", "standard", (("1", None),)),
-        ),
+        )
     ),
     laboratory="knittest.laboratory.bias_extension.lab_files:LAB",
 )

@@ -30,14 +30,12 @@ class Pulled(Sheared):
 
 
 def _pulled(r: Recording) -> Pulled:
-    """The travel of the clamp, or its strain, becomes the angle; one that was measured is another one, and not read."""
+    """Convert travel or strain of the clamp to the angle; a measured angle is not read."""
     origin, (length, width) = r.read(), r.needed(GAUGE, WIDTH)
     part = r.known(STANDARD) if "travel" in r.values and r.is_kind(r.columns["travel"], "standard") else None
     if part is not None and not same(part, length):
-        raise InputError(
-            f"{r.where}: the standard travel has a gauge length of {part:g} mm, the clamps one of {length:g} mm: "
-            "which is it? Leave the right one in"
-        )
+        both = f"{part:g} mm, the clamps {length:g} mm"
+        raise InputError(f"{r.where}: the standard travel has a gauge length of {both}: keep the right one")
     try:
         strip = BiasStrip(length, width)
     except InputError as error:
@@ -51,28 +49,26 @@ def _pulled(r: Recording) -> Pulled:
 
 
 def _results(strips: Sequence[Pulled]) -> Results:
-    """Forces at angles, and the same normalised."""
     length = common(GAUGE, [s.strip.length for s in strips], strips)
     width = common(WIDTH, [s.strip.width for s in strips], strips)
     normalised, digests = shear_forces(strips)
     forces = {a: np.array([np.interp(a, s.angle, s.force) for s in strips]) for a in normalised}
     rows = {"bias_normalised_force_n_per_mm": normalised, "bias_force_n": forces}
     found, units = shear_rows(strips, rows, {})
-    turned = {True: ", turns there: first loading alone", False: ""}
+    turned = {True: ", then unloads: first loading only", False: ""}
     return Results(
         found, units, [(GAUGE, length), (WIDTH, width)],
         ("strip", f"on the bias, {width:g} mm wide, {length:g} mm between the clamps"), digests,
         [(f"{a:g} deg [N]", ".4g", values) for a, values in forces.items()],
         [
             *(f"{s.name}: up to {s.angle[-1]:.3g} deg{turned[s.turned]}" for s in strips),
-            "angles are those of yarns that keep their length and do not slip, from the travel of the clamp",
+            "angles follow from the travel of the clamp, for yarns that neither stretch nor slip",
         ],
         shear_curves(strips, "shear angle, pin-jointed"),
     )  # fmt: skip
 
 
 def _rig(test: dict[str, Any]) -> dict[str, float]:
-    """Both lengths, and the angle that all specimens reach."""
     sizes = test["conditions"]
     return {"gauge_length": sizes[GAUGE.key], "width": sizes[WIDTH.key], **reached(test)}
 

@@ -1,25 +1,24 @@
 """Strip on the bias: kinematics of pin-jointed yarns, its force by the fabric's shear law, its mesh, its yarns."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.history import Frame
+from knittest.base.history import Array, Frame
 from knittest.config.fabric import Fabric
-from knittest.config.run import MesoModel, Run
+from knittest.config.run import Run
 from knittest.fabric.strip import CutPath, cells_under, cut_on_the_bias
 from knittest.laboratory.base import shear_curve
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
-from knittest.laboratory.strips import YarnStrip, cut
+from knittest.laboratory.strips import YarnStrip, centred, cut
 from knittest.materials.shear import shear_table
 from knittest.materials.trellis import crosshead, frame_angle
 from knittest.models.meso import chain_order
 from knittest.solve.state import SILENT, Observer
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 # Pin-jointed kinematics of the bias extension test: yarns that keep their length and are hinged where they cross.
@@ -53,8 +52,8 @@ class BiasStrip:
     def __post_init__(self) -> None:
         if not self.length >= SLENDER * self.width * (1.0 - 1e-9):
             raise InputError(
-                f"a strip {self.length:g} mm long and {self.width:g} mm wide: expected at least {SLENDER:g} times its "
-                f"width between the clamps, {SLENDER * self.width:g} mm: in shorter ones yarns run from clamp to clamp"
+                f"a strip {self.length:g} mm long and {self.width:g} mm wide: expected at least {SLENDER:g} times the "
+                f"width between the clamps, {SLENDER * self.width:g} mm: else yarns run from clamp to clamp"
             )
 
     @property
@@ -92,15 +91,11 @@ class BiasStrip:
         array([6.45])
         """
         whole, partly = self.areas
-        force: Array = 2.0 * (shear * whole + 0.5 * half * partly) / (self.middle * _lever(angle))
-        return force
+        lever = np.cos(0.5 * angle) - np.sin(0.5 * angle)  # 2 / L0 dd/dgamma
+        return np.asarray(2.0 * (shear * whole + 0.5 * half * partly) / (self.middle * lever))
 
     def conjugate(self, force: Array, angle: Array) -> Array:
-        """S [N/mm] of the clamp's force [N] at ``angle`` [rad], rising, (n,) each.
-
-        S(gamma) hangs on S(gamma / 2), which lies between two angles before it on straight lines: a triangular system.
-        From 0 to the first angle the force counts as that at the first.
-        """
+        """S [N/mm] of the clamp's force [N] at ``angle`` [rad], rising, (n,): S(gamma) depends on S(gamma / 2)."""
         from scipy.sparse import csr_array
         from scipy.sparse.linalg import spsolve_triangular
 
@@ -117,13 +112,13 @@ class BiasStrip:
             ),
             shape=(n, n),
         )
-        found: Array = spsolve_triangular(system, 0.5 * pull * self.middle * _lever(grid))
+        lever = np.cos(0.5 * grid) - np.sin(0.5 * grid)
+        found: Array = spsolve_triangular(system, 0.5 * pull * self.middle * lever)
         return found[n - len(angle) :]
 
     def normalised(self, force: Array, angle: Array) -> Array:
         """Normalised shear force F_sh = S / cos gamma [N/mm] of the clamp's force [N] at ``angle`` [rad], (n,) each."""
-        found: Array = self.conjugate(force, angle) / np.cos(angle)
-        return found
+        return np.asarray(self.conjugate(force, angle) / np.cos(angle))
 
 
 def strip_of(run: BiasExtensionRun) -> BiasStrip:
@@ -131,26 +126,18 @@ def strip_of(run: BiasExtensionRun) -> BiasStrip:
     return BiasStrip(run.rig.gauge_length_mm, run.rig.width_mm)
 
 
-def _lever(angle: Array) -> Array:
-    """2 / L0 dd/dgamma: cos gamma/2 - sin gamma/2."""
-    lever: Array = np.cos(0.5 * angle) - np.sin(0.5 * angle)
-    return lever
-
-
 def pin_jointed_force(run: Run, strip: BiasStrip, angle: Array) -> Array:
     """Force [N] at shear angles of the middle [rad], (n,)."""
     table = shear_table(run.fabric, shear_curve(run))
 
     def shear(at: Array) -> Array:
-        found: Array = np.maximum(at[:, None] - table.knee, 0.0) @ table.slope
-        return found
+        return np.asarray(np.maximum(at[:, None] - table.knee, 0.0) @ table.slope)
 
     return strip.force(shear(angle), shear(0.5 * angle), angle)
 
 
-# Shells of a strip on the bias: squares whose sides lie along the yarns, three kites in each triangle at an edge.
-#
-# So the lines between the zones of the test are sides of shells, and pin-jointed yarns strain none of them.
+# Shells of a strip on the bias are squares along the yarns, three kites in each triangle at an edge: lines between the
+# zones are sides of shells, and pin-jointed yarns strain none of them.
 
 #: corners of a diamond and of the triangles at the four edges about its place, in half diagonals
 _SOUTH, _EAST, _NORTH, _WEST = (0, -1), (1, 0), (0, 1), (-1, 0)
@@ -188,21 +175,12 @@ def _shells(i: int, j: int, right: int, top: int) -> list[list[tuple[float, floa
         first = next(k for k, c in enumerate(corners) if c not in inside)
         inside = [corners[(first + k) % 4] for k in (1, 2, 3)]
     centre = (sum(c[0] for c in inside) / len(inside), sum(c[1] for c in inside) / len(inside))
-    found = []
-    for k, corner in enumerate(inside):
-        before, after = inside[k - 1], inside[(k + 1) % len(inside)]
-        found.append([_between(before, corner), corner, _between(corner, after), centre])
-    return found
+    middle = [(0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])) for a, b in zip(inside, inside[1:] + inside[:1], strict=True)]
+    return [[middle[k - 1], corner, middle[k], centre] for k, corner in enumerate(inside)]
 
 
-def _between(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
-    return 0.5 * (one[0] + other[0]), 0.5 * (one[1] + other[1])
-
-
-#: length of strip inside each jaw over the diagonal of a cell: enough to grip every yarn
-JAW_CELLS = 1.0
-#: elements of the shortest piece of warp or weft that stays in the strip
-SHORTEST = 4
+#: length of strip in each jaw over the diagonal of a cell, to grip every yarn; elements of the shortest inlay piece
+JAW_CELLS, SHORTEST = 1.0, 4
 
 
 @dataclass(frozen=True)
@@ -216,32 +194,26 @@ class Crossings:
         """Shear angle [rad] at each crossing, (n,), positive where the pull shears."""
         one, other = (frame.position[nodes[:, 2]] - frame.position[nodes[:, 0]] for nodes in (self.warp, self.weft))
         cosine = np.sum(one * other, axis=1) / np.linalg.norm(one, axis=1) / np.linalg.norm(other, axis=1)
-        angle: Array = np.arcsin(cosine)
-        return angle
+        return np.asarray(np.arcsin(cosine))
 
     def places(self, frame: Frame) -> Array:
         """Place of each crossing, (n, 2) [mm]."""
-        place: Array = 0.5 * (_at(frame, self.warp) + _at(frame, self.weft))
-        return place
+        return np.asarray(0.5 * (_at(frame, self.warp) + _at(frame, self.weft)))
 
     def slip(self, start: Frame, frame: Frame) -> Array:
         """Way [mm] in the plane that the yarns of each crossing have moved against each other since ``start``, (n,)."""
         apart = [_at(one, self.warp) - _at(one, self.weft) for one in (start, frame)]
-        way: Array = np.linalg.norm(apart[1] - apart[0], axis=1)
-        return way
+        return np.asarray(np.linalg.norm(apart[1] - apart[0], axis=1))
 
 
 def _at(frame: Frame, nodes: Index) -> Array:
     """Place of a yarn at each crossing, (n, 2) [mm]."""
-    place: Array = frame.position[nodes[:, 1], :2]
-    return place
+    return np.asarray(frame.position[nodes[:, 1], :2])
 
 
 @dataclass(frozen=True)
 class YarnsOnTheBias:
-    """Pieces of yarn in the strip and its jaws, in the order of the model's chains, cut from ``piece`` of
-    ``n_wales`` by ``n_courses`` cells.
-    """
+    """Pieces of yarn in strip and jaws, in the order of the chains, cut from ``piece`` of whole cells."""
 
     piece: YarnStrip
     paths: list[CutPath]
@@ -283,13 +255,9 @@ def yarns_on_the_bias(
     pitches = fabric.wale_spacing, fabric.course_spacing
     n_wales, n_courses = cells_under(length, strip.width, pitches)
     piece = cut(run, n_wales, n_courses, specimen, observer)
-    middle = 0.5 * np.array([n_wales * pitches[0], n_courses * pitches[1], 0.0])
-    paths = [replace(path, points=path.points - middle) for path in piece.paths]
-    found = cut_on_the_bias(paths, length, strip.width, _least(run.model.meso))
+    paths = centred(piece.paths, np.array([n_wales * pitches[0], n_courses * pitches[1]]))
+    # one loop may stay: the rows beside it hold it
+    shortest = {"warp": SHORTEST, "weft": SHORTEST, "knit": run.model.meso.elements_per_loop}
+    found = cut_on_the_bias(paths, length, strip.width, shortest)
     free = [path for path in found if np.abs(path.points[:, 1]).min() < end]  # the rest lies in a jaw
     return YarnsOnTheBias(piece, sorted(free, key=chain_order), n_wales, n_courses)
-
-
-def _least(mesh: MesoModel) -> dict[str, int]:
-    """Elements of the shortest piece by system: of the loops one, which the rows beside it hold."""
-    return {"warp": SHORTEST, "weft": SHORTEST, "knit": mesh.elements_per_loop}

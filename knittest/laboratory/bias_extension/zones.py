@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +20,10 @@ from knittest.materials.trellis import ANGLE
 
 @dataclass(frozen=True)
 class Material:
-    """``places`` (n, 2) [mm] at the start and ``weights`` (n,); of a frame the shear ``angles`` [rad], (n,), positive
-    where the pull shears, what is ``drawn``: polygons (n, 4, 2) or points (n, 2) [mm], and the ``slip`` [mm], (n,), of
-    yarns.
+    """Points or shells of the strip: ``places`` (n, 2) [mm] at the start and ``weights`` (n,).
+
+    Of a frame: shear ``angles`` [rad], (n,), positive where the pull shears; polygons (n, 4, 2) or points (n, 2) [mm]
+    that are ``drawn``; ``slip`` [mm] of yarns, (n,).
     """
 
     places: Array
@@ -33,42 +35,24 @@ class Material:
 
 def material_of(run: BiasExtensionRun, history: History) -> Material:
     """Material of the first specimen of ``run``."""
-    return _shells(history) if history.mesh.kind == "shells" else _yarns(run, history)
-
-
-def _shells(history: History) -> Material:
-    cells = history.mesh.cells
-    corners = history.frames[0].position[cells]
-
-    def drawn(frame: Frame) -> Array:
-        return frame.position[cells][:, :, :2]
-
-    return Material(corners.mean(axis=1)[:, :2], shell_areas(corners), shell_angles, drawn)
-
-
-def _yarns(run: BiasExtensionRun, history: History) -> Material:
-    found, start = yarns_on_the_bias(run, strip_of(run)).crossings(), history.frames[0]
-
-    def slip(frame: Frame) -> Array:
-        return found.slip(start, frame)
-
+    start, cells = history.frames[0], history.mesh.cells
+    if history.mesh.kind == "shells":
+        corners = start.position[cells]
+        drawn = lambda frame: frame.position[cells][:, :, :2]  # noqa: E731
+        return Material(corners.mean(axis=1)[:, :2], shell_areas(corners), shell_angles, drawn)
+    found = yarns_on_the_bias(run, strip_of(run)).crossings()
     places = found.places(start)
-    return Material(places, np.ones(len(places)), found.angles, found.places, slip)
+    return Material(places, np.ones(len(places)), found.angles, found.places, partial(found.slip, start))
 
 
 #: zones by the number of yarns of a crossing that a clamp holds
 MIDDLE, HALF, RIGID = 0, 1, 2
-#: share of the middle, about the strip's centre, in which its angle is read: a camera looks there
-READ = 0.5
-#: share of the crossings that slip less than is stated [%]
-SLIPPED = 95.0
+#: share of the middle, about its centre, in which the angle is read, and of the crossings that slip less [%]
+READ, SLIPPED = 0.5, 95.0
 
 
 def zones(points: Array, strip: BiasStrip) -> NDArray[np.int64]:
-    """Number of yarns through each of ``points`` (n, 2) [mm] that a clamp holds, (n,): 0, 1 or 2.
-
-    The strip lies about the origin, its length along y. A yarn is followed along y = +-x to the clamps.
-    """
+    """Number of yarns (0, 1, 2) through each of ``points`` (n, 2) [mm] that a clamp of ``strip`` holds, (n,)."""
     x, y = points[:, 0], points[:, 1]
     held = np.zeros(len(points), np.int64)
     for lean in (1.0, -1.0):
@@ -81,18 +65,16 @@ def is_read(points: Array, strip: BiasStrip) -> NDArray[np.bool_]:
     """Tell which of ``points`` (n, 2) [mm] lie in the inner half of the middle."""
     outer = points[:, :2] / READ
     in_strip = (np.abs(outer) <= [0.5 * strip.width, 0.5 * strip.length]).all(axis=1)
-    inside: NDArray[np.bool_] = in_strip & (zones(outer, strip) == MIDDLE)
-    return inside
+    return np.asarray(in_strip & (zones(outer, strip) == MIDDLE))
 
 
 def zone_table(history: History, strip: BiasStrip, material: Material) -> dict[str, Array]:
-    """Columns of zones.csv at each frame: angle of pin-jointed yarns; mean, sd and bounds of the middle's inner half;
-    mean of the zones that are sheared by half of it and not at all [deg]; of yarns the slip that 95 % of the crossings
-    stay below [mm].
-    """
+    """Columns of zones.csv [deg], slip [mm]: pin-jointed yarns, the middle's inner half, the zones at the clamps."""
     zone, read = zones(material.places, strip), is_read(material.places, strip)
-    rows: dict[str, list[float]] = {}
-    for frame in _rising(history.frames):
+    rows: list[dict[str, float]] = []
+    for frame in history.frames:
+        if rows and frame.coordinate <= rows[-1][ANGLE]:
+            continue
         angle = material.angles(frame)
         middle = angle_scatter(angle[read])
         row = {
@@ -103,23 +85,13 @@ def zone_table(history: History, strip: BiasStrip, material: Material) -> dict[s
         }  # fmt: skip
         if material.slip is not None:
             row["slip_percentile_95_mm"] = float(np.percentile(material.slip(frame), SLIPPED))
-        for name, value in row.items():
-            rows.setdefault(name, []).append(value)
-    return {name: np.array(values) for name, values in rows.items()}
+        rows.append(row)
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def _mean(angle: Array, weights: Array, of: NDArray[np.bool_]) -> float:
-    """Mean [deg] of ``angle`` [rad] ``of`` some points; nan of none, as narrow strips have in their corners."""
+    """Mean [deg] of ``angle`` [rad] ``of`` some points; nan of none, as in the corners of narrow strips."""
     return float(np.rad2deg(np.average(angle[of], weights=weights[of]))) if of.any() else np.nan
-
-
-def _rising(frames: list[Frame]) -> list[Frame]:
-    """The frames of which each shows a larger angle than the one before."""
-    found: list[Frame] = []
-    for frame in frames:
-        if not found or frame.coordinate > found[-1].coordinate:
-            found.append(frame)
-    return found
 
 
 #: lengths of the picture [inch]: curves across, both parts high, the least width of the map, and what lies around
@@ -130,14 +102,11 @@ LEFT, BETWEEN, RIGHT, TOP, BOTTOM = 0.8, 0.95, 1.05, 0.7, 0.65
 def zone_picture(
     path: Path, table: Mapping[str, Array], places: Array, angle: Array, *, title: str, where: str
 ) -> None:
-    """Columns of zones.csv, and the shear ``angle`` [deg] at ``places`` [mm]: polygons (n, k, 2) or points (n, 2).
-
-    ``where`` says at which angle. Raises :class:`ResourceError`.
-    """
-    across = max(HIGH * _slimness(places), NARROW)
-    wide = LEFT + CURVES + BETWEEN + across + RIGHT
-    figure = new_figure(wide, BOTTOM + HIGH + TOP)
-    tall = BOTTOM + HIGH + TOP
+    """Draw zones.csv, and ``angle`` [deg] at ``places`` [mm] of the frame ``where``. Raises :class:`ResourceError`."""
+    width, height = np.ptp(places.reshape(-1, 2), axis=0)
+    across = max(HIGH * float(width / height), NARROW)
+    wide, tall = LEFT + CURVES + BETWEEN + across + RIGHT, BOTTOM + HIGH + TOP
+    figure = new_figure(wide, tall)
     axes = figure.add_axes((LEFT / wide, BOTTOM / tall, CURVES / wide, HIGH / tall))
     dress(axes)
     theory = table["shear_angle_deg"]
@@ -147,9 +116,8 @@ def zone_picture(
         ("rigid_mean_deg", "both yarns held", GREEN, 0.0),
     ):
         axes.plot(theory, table[name], "o-", color=colour, markersize=4, linewidth=1.6, label=label)
-        axes.plot(
-            theory, share * theory, "--", color=GREY, linewidth=1.2, label="pin-jointed" if share == 0.0 else None
-        )
+        label = "pin-jointed" if share == 0.0 else ""
+        axes.plot(theory, share * theory, "--", color=GREY, linewidth=1.2, label=label or None)
         if share == 1.0:
             axes.fill_between(
                 theory, table["middle_percentile_5_deg"], table["middle_percentile_95_deg"], color=BLUE, alpha=0.2,
@@ -163,12 +131,5 @@ def zone_picture(
     drawn = shear_field(plane, places, angle)
     plane.set_title(where, fontsize=10, loc="left")
     place = ((wide - RIGHT + 0.2) / wide, (BOTTOM + 0.1 * HIGH) / tall, 0.18 / wide, 0.8 * HIGH / tall)
-    bar = figure.colorbar(drawn, cax=figure.add_axes(place))
-    bar.set_label("shear angle [deg]")
+    figure.colorbar(drawn, cax=figure.add_axes(place)).set_label("shear angle [deg]")
     save(figure, path)
-
-
-def _slimness(places: Array) -> float:
-    """Width over height of what ``places`` take up."""
-    across, along = np.ptp(places.reshape(-1, 2), axis=0)
-    return float(across / along)

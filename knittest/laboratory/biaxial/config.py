@@ -1,4 +1,4 @@
-"""Config of the biaxial test: fields, presets and the size that is shown."""
+"""Config of the biaxial test: fields and presets."""
 
 from typing import Any, ClassVar, Literal
 
@@ -47,14 +47,3 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     if scale == "macro":
         return {"solver": {"speed": 0.5, "safety": 0.55}}
     return {"rig": {"side": SIDE[preset]}}
-
-
-def stated(run: BiaxialRun) -> tuple[str, ...]:
-    """Size of the square and the ratio of its strains, in words."""
-    rig = run.rig
-    return (f"square of {rig.side:g} mm, the other strain {rig.ratio:g} times that of the {rig.direction}",)
-
-
-def sheet(run: BiaxialRun) -> tuple[float, float]:
-    """Length and width [mm] of the sheet of shells."""
-    return run.rig.side, run.rig.side

@@ -14,8 +14,8 @@ KIND = TestKind(
     run="knittest.laboratory.biaxial.config:BiaxialRun",
     test="knittest.laboratory.biaxial.test:Biaxial",
     report="knittest.laboratory.biaxial.report:BiaxialReport",
-    size="knittest.laboratory.biaxial.config:stated",
-    sheet="knittest.laboratory.biaxial.config:sheet",
+    size=("square of {rig.side:g} mm, the other strain {rig.ratio:g} times that of the {rig.direction}",),
+    sheet=("side", "side"),
     shortcuts={"ratio": ("rig.ratio", "Strain of the other system over that of the direction.")},
     labels={
         "biaxial_force_n_per_mm": ("largest force per width [N/mm]", "{:.1f}"),
@@ -41,7 +41,7 @@ KIND = TestKind(
             Regressed(8, "quick", "macro", "quick", STRIPS),
             Regressed(4, "full", "meso", "quick", (("2", "warp"),)),
             Regressed(8, "full", "macro", "standard", (("1", "warp"),)),
-        ),
+        )
     ),
     laboratory="knittest.laboratory.biaxial.lab_files:LAB",
 )

@@ -27,14 +27,13 @@ def _stretched(r: Recording) -> Stretched:
     axes = [r.table.names[k] for k in r.table.having("force") if r.is_kind(k, "axis")]
     if len(axes) > 1:
         raise InputError(
-            f"{r.table.where}: columns {axes[0]!r} and {axes[1]!r} are of two directions: name the force and the "
-            f'travel of the direction tested, such as --column force="{axes[0]}"'
+            f"{r.table.where}: columns {axes[0]!r} and {axes[1]!r} are of two directions; name force and travel of "
+            f'the tested direction, such as --column force="{axes[0]}"'
         )
     return Stretched(**vars(read_strip(r)), ratio=r.needed(RATIO)[0])
 
 
 def _results(specimens: Sequence[Stretched]) -> Results:
-    """Largest force per width and strain at it."""
     ratio = common(RATIO, [s.ratio for s in specimens], specimens)
     _, narrow, sizes = one_series(specimens)
     force, strain = peaks(narrow)

@@ -24,13 +24,9 @@ class CantileverRig(StripRig):
         "overhang: the strip is advanced until its chord has the angle of the plane (the laboratory)",
     )
     overhang: float | None = number(
-        None,
-        "mm",
-        "overhang; none: the mean measured one of the fabric's experiment, or an estimate by Eq. 2 for a chord angle "
-        "of 41.5 deg",
-        gt=0,
-        band=(5, 1000),
-    )
+        None, "mm", "overhang; none: the mean measured one of the fabric's experiment, or an estimate by Eq. 2 for a "
+        "chord angle of 41.5 deg", gt=0, band=(5, 1000),
+    )  # fmt: skip
     overhang_mm: ClassVar[Kernel[float | None]] = Kernel("overhang")
     plane_angle: float = number(41.5, "deg", "angle of the plane", gt=0, le=80)
     length: float = number(300.0, "mm", "length of the strip", gt=0, band=(10, 2000))
@@ -48,7 +44,7 @@ class CantileverRig(StripRig):
     @model_validator(mode="after")
     def _strip_reaches_out(self) -> Self:
         if self.overhang is not None and self.overhang >= self.length:
-            raise BoundsError(f"longer than the strip, expected less than rig.length = {self.length:g} mm", "overhang")
+            raise BoundsError(f"must be less than rig.length = {self.length:g} mm", "overhang")
         return self
 
 
@@ -58,7 +54,7 @@ class CantileverRun(Run):
     rig: CantileverRig = Field(default_factory=CantileverRig)
 
 
-#: width of a strip of yarns [mm]; with four yarns one that sticks out keeps the strip from its rest
+#: width of a strip of yarns [mm]; in a strip of four, one yarn that sticks out prevents the equilibrium
 WIDTH = {"quick": 25.0, "standard": 25.0, "paper": 50.0}
 
 
@@ -72,9 +68,9 @@ class CantileverOrigin(Origin[CantileverRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
     def given(self, run: CantileverRun) -> tuple[str, ...]:
-        """The overhang, where the chord angle is looked for."""
+        """The overhang, in the mode angle."""
         return ("overhang_mm",) if run.rig.mode == "angle" else ()
 
     def fed(self, run: CantileverRun) -> RowKind:
-        """An overhang that is found again is tuned: bending follows from it by Eq. 2."""
+        """Tuned in the mode overhang: the input bending stiffness follows from it by Eq. 2."""
         return "tuned" if run.rig.mode == "overhang" else "input"

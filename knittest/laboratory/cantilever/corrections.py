@@ -1,10 +1,10 @@
-"""Results of a cantilever as they would be with its chord in the plane, and after the last of its drift."""
+"""Results of a cantilever with its chord in the plane, and after the last of its drift."""
 
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.numerical_error import Corrections, Numbers
 from knittest.materials.heavy_elastica import overhang_ratio
 
-#: chords [deg] between which the heavy elastica gives an overhang at another
+#: chord angles [deg] between which the heavy elastica converts overhangs
 FLATTEST, STEEPEST = 1.0, 85.0
 #: bending stiffness per width [N mm] by Eq. 2, B = w (L / 2)^3
 EQ2 = "bending_stiffness_eq2_n_mm_per_width"
@@ -14,40 +14,23 @@ class CantileverCorrections(Corrections[CantileverRun]):
     """See :class:`knittest.laboratory.numerical_error.Corrections`."""
 
     def exact(self, run: CantileverRun, results: Numbers) -> Numbers:
-        """An overhang that was looked for is off by how far its chord misses the plane."""
-        return at_the_plane(run, results)
+        """Convert overhang and stiffness by Eq. 2 to a chord in the plane, which a search meets within a tolerance."""
+        found = dict(results)
+        angle = found.get("chord_angle_deg")
+        if run.rig.mode != "overhang" or angle is None or not FLATTEST <= angle <= STEEPEST:
+            return found
+        ratio = overhang_ratio(run.rig.plane_angle, angle)
+        for name, power in (("overhang_mm", 1), (EQ2, 3)):
+            value = found.get(name)
+            found[name] = value if value is None else value * ratio**power
+        return found
 
     def rested(self, run: CantileverRun, results: Numbers) -> Numbers:
-        """A strip of yarns is off by what its last drift would change."""
-        return after_drift(run, results)
-
-
-def at_the_plane(run: CantileverRun, results: Numbers) -> Numbers:
-    """``results`` of ``run`` with overhang and Eq. 2's stiffness as they would be with the chord in the plane, by the
-    heavy elastica; as they are where no overhang is looked for.
-
-    The search ends within a tolerance, at an overhang that two runs may share though their chords differ.
-    """
-    found = dict(results)
-    angle = found.get("chord_angle_deg")
-    if run.rig.mode != "overhang" or angle is None or not FLATTEST <= angle <= STEEPEST:
-        return found
-    ratio = overhang_ratio(run.rig.plane_angle, angle)
-    for name, power in (("overhang_mm", 1), (EQ2, 3)):
-        value = found.get(name)
-        found[name] = value if value is None else value * ratio**power
-    return found
-
-
-def after_drift(run: CantileverRun, results: Numbers) -> Numbers:
-    """:func:`at_the_plane` of ``results`` with the chord moved on by its last drift: what the criterion of rest leaves
-    open of a strip of yarns.
-    """
-    found = dict(results)
-    angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", EQ2))
-    if angle is None or drift is None:
-        return at_the_plane(run, found)
-    moved = found["chord_angle_deg"] = angle + abs(drift)
-    if run.rig.mode == "angle" and stiffness is not None and FLATTEST <= angle <= moved <= STEEPEST:
-        found[EQ2] = stiffness * overhang_ratio(angle, moved) ** 3
-    return at_the_plane(run, found)
+        """Move the chord of a strip of yarns by its last drift, and correct it as :meth:`exact`."""
+        found = dict(results)
+        angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", EQ2))
+        if angle is not None and drift is not None:
+            moved = found["chord_angle_deg"] = angle + abs(drift)
+            if run.rig.mode == "angle" and stiffness is not None and FLATTEST <= angle <= moved <= STEEPEST:
+                found[EQ2] = stiffness * overhang_ratio(angle, moved) ** 3
+        return self.exact(run, found)

@@ -45,13 +45,13 @@ class Bent(Origin):
 
 
 def _read(path: Path, given: Given) -> list[Bent]:
-    """Strips in a file: columns of overhangs (ends, faces) and rows of the same specimen are readings of one strip."""
+    """Read the strips of a file: columns of overhangs and rows of the same specimen are readings of one strip."""
     found = []
     for r in recordings(path, given, [("overhang", "bending_length")], "an overhang length", own=("flexure",)):
         which = r.table.having("overhang")
         if not which:
             raise InputError(
-                f"{r.table.where}: a bending length is half the overhang at 41.5 deg: give the overhang lengths"
+                f"{r.table.where}: a bending length is half the overhang at 41.5 deg: give overhang lengths"
             )
         (mass,), angle, width = r.needed(AREA_MASS), r.known(PLANE_ANGLE), r.known(WIDTH)
         angle = STANDARD_ANGLE if angle is None else angle
@@ -65,14 +65,13 @@ def _read(path: Path, given: Given) -> list[Bent]:
 
 
 def at_standard_angle(angle: float) -> float:
-    """Overhang at 41.5 deg over that at ``angle`` [deg], where the heavy elastica is bent and does not hang."""
+    """Overhang at 41.5 deg over that at ``angle`` [deg], by the heavy elastica."""
     if not 5.0 <= angle <= 80.0:
         raise InputError(f"{PLANE_ANGLE.option} {angle:g}: expected 5 to 80 deg")
     return overhang_ratio(STANDARD_ANGLE, angle)
 
 
 def _readings(r: Recording, which: Sequence[int]) -> dict[str, list[float]]:
-    """Overhangs [mm] of each specimen."""
     table, who = r.table, next(iter(r.table.having("specimen")), None)
     values = np.array([r.unit_of(k)[1] for k in which]) * table.numbers(which)
     found: dict[str, list[float]] = {}
@@ -83,8 +82,8 @@ def _readings(r: Recording, which: Sequence[int]) -> dict[str, list[float]]:
             continue
         if len(filled) < len(which):
             raise InputError(
-                f"{table.place}:{line}: {len(filled)} of {len(which)} readings: ends and faces differ, so that a mean "
-                "over fewer is another one: fill in the others, or leave the row out"
+                f"{table.place}:{line}: {len(filled)} of {len(which)} readings: ends and faces differ, so all are "
+                "needed for the mean: add the others, or remove the row"
             )
         for value in filled:
             within(value, CantileverRig, "overhang", f"{table.place}:{line}: overhang {value:g} mm")
@@ -98,14 +97,12 @@ def _readings(r: Recording, which: Sequence[int]) -> dict[str, list[float]]:
 
 
 def _results(strips: Sequence[Bent]) -> Results:
-    """Overhangs and stiffnesses."""
     sizes = [(AREA_MASS, common(AREA_MASS, [s.area_mass for s in strips], strips))]
     angle = common(PLANE_ANGLE, [s.angle for s in strips], strips)
     overhang, stiffness = np.array([[s.overhang, s.stiffness] for s in strips]).T
     refuse_apart(strips, overhang, "overhang", "mm")
     for s in strips:
-        said = f"{s.where}: bending stiffness {s.stiffness:g} N mm"
-        within(s.stiffness, MacroMaterial, "bending_stiffness", said)
+        within(s.stiffness, MacroMaterial, "bending_stiffness", f"{s.where}: bending stiffness {s.stiffness:g} N mm")
     found = dict(zip(HEADS, (overhang, stiffness), strict=False))
     if all(s.width is not None for s in strips):
         sizes.append((WIDTH, common(WIDTH, [s.width for s in strips], strips)))
@@ -120,13 +117,13 @@ def _results(strips: Sequence[Bent]) -> Results:
         [("{} [{}]".format(*HEADS[name]), ".5g", values) for name, values in found.items()],
         [
             f"plane at {strips[0].angle:g} deg{turned}; B = area mass x g x (overhang / 2)^3",
-            "overhangs are taken as corrected, for a strip that curls as well",
+            "overhangs must be corrected for curl",
         ],
     )  # fmt: skip
 
 
 def _refuse_other_mass(out: Path, own: Results) -> None:
-    """Raise :class:`InputError` where the strips across were imported with another area mass: a fabric has one."""
+    """Raise :class:`InputError` where the strips across were imported with another area mass."""
     for direction, test in of_directions(results.read_statistics(out), NAME).items():
         if direction != own.direction:
             masses = [test["conditions"][AREA_MASS.key], dict(own.conditions)[AREA_MASS]]
@@ -134,7 +131,7 @@ def _refuse_other_mass(out: Path, own: Results) -> None:
 
 
 def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
-    """Bending stiffness of the shells by direction, and the area mass that came with the overhangs and made it."""
+    """Bending stiffness of the macro model by direction, and the area mass that came with the overhangs."""
     own = of_directions(tests, NAME)
     if not own:
         return {}
@@ -150,9 +147,9 @@ def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
             (tested,) = own
             assumed = {"mean": bending[tested]["value"], "sd": None}
             bending[other] = quantity(assumed, "assumed", f"as {tested}: none of the {other}")
-    said = f"stated with {place.as_posix()}: {', '.join(results.folder_name(NAME, direction) for direction in own)}"
+    ref = f"stated with {place.as_posix()}: {', '.join(results.folder_name(NAME, direction) for direction in own)}"
     return {
-        "area_mass": quantity(mean, "measured", said),
+        "area_mass": quantity(mean, "measured", ref),
         "macro": {"bending_stiffness": {direction: bending[direction] for direction in results.DIRECTIONS}},
     }
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from knittest.base.figure import BLUE, GREY, ORANGE, dress, new_figure, save
 from knittest.base.history import Array, Body, Specimen
 from knittest.config.gates import HOURGLASS
-from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, for_width, with_note
-from knittest.export.line_picture import Level, Line, line_picture
+from knittest.export.line_picture import Level, Line
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.corrections import EQ2
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
 from knittest.laboratory.cantilever.yarns import BALANCED
-from knittest.laboratory.report_base import CurveAxes, Gate, NoSize, References, Report, energy_gate, title_of
+from knittest.laboratory.report_base import CurveAxes, FabricReport, Gate, NoSize, References, energy_gate, title_of
 from knittest.laboratory.strips import block
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-#: length and depth of the board over the overhang, and what is free around all
+#: length and depth of the board, and free margin, over the overhang
 BOARD, DEEP, FREE = 0.3, 0.1, 0.05
 WOOD, EDGE, SLOPE = "#d9c7ac", "#7a664a", "#f4eee3"
 #: width of the picture, and what lies around its plane [inch]
@@ -48,11 +47,7 @@ def side_picture(
     yarns: bool,
     title: str,
 ) -> None:
-    """Elements seen from the side: ``along``, ``height`` (n_nodes,) [mm] from the edge, ``segments`` (n, 2)
-    node numbers, of a sheet or of ``yarns``; ``thickness`` [mm] of the strip.
-
-    ``plane`` is the angle [deg] of the plane through the edge, ``angle`` the chord's. Raises :class:`ResourceError`.
-    """
+    """Draw nodes ``along``, ``height`` (n,) [mm] and ``segments`` (n, 2) with plane and chord, from the side."""
     from matplotlib.collections import LineCollection
 
     reach, margin = float(along.max()), FREE * overhang
@@ -61,20 +56,17 @@ def side_picture(
     low, high = min(-drop, float(height.min())) - margin, 3.0 * margin
     scale = (WIDE - LEFT - RIGHT) / (right - left)
     tall = scale * (high - low)
-    figure = new_figure(WIDE, tall + TOP + BOTTOM)
     whole = tall + TOP + BOTTOM
+    figure = new_figure(WIDE, whole)
     axes = figure.add_axes((LEFT / WIDE, BOTTOM / whole, 1.0 - (LEFT + RIGHT) / WIDE, tall / whole))
     dress(axes)
-    _board(axes, overhang, reach, drop, thickness)
+    _draw_board(axes, overhang, reach, drop, thickness)
     axes.plot([0.0, reach], [0.0, -drop], "--", color=ORANGE, linewidth=1.8, label=f"plane at {plane:g} deg")
-    axes.plot(
-        [0.0, reach], [0.0, -reach * np.tan(np.deg2rad(angle))], ":", color=GREY, linewidth=1.6,
-        label=f"chord at {angle:.2f} deg",
-    )  # fmt: skip
+    tip = -reach * np.tan(np.deg2rad(angle))
+    axes.plot([0.0, reach], [0.0, tip], ":", color=GREY, linewidth=1.6, label=f"chord at {angle:.2f} deg")
     width = THREAD if yarns else max(72.0 * scale * thickness, SHEET)
-    points = np.stack([along, height], axis=1)
-    drawn = LineCollection(list(points[segments]), colors=BLUE, linewidths=width, capstyle="butt", label="strip")
-    axes.add_collection(drawn)
+    lines = list(np.stack([along, height], axis=1)[segments])
+    axes.add_collection(LineCollection(lines, colors=BLUE, linewidths=width, capstyle="butt", label="strip"))
     arrow = {"arrowstyle": "<->", "color": GREY, "lw": 1.0, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", (0.0, 1.6 * margin), (reach, 1.6 * margin), arrowprops=arrow)
     axes.text(0.5 * reach, 1.75 * margin, f"overhang {overhang:.1f} mm along the strip", ha="center", fontsize=9)
@@ -84,33 +76,21 @@ def side_picture(
     save(figure, path)
 
 
-def _board(axes: "Axes", overhang: float, reach: float, drop: float, thickness: float) -> None:
-    """The board under the strip up to its edge, the slope below it, and the part of the strip that lies there."""
+def _draw_board(axes: "Axes", overhang: float, reach: float, drop: float, thickness: float) -> None:
+    """Draw the board up to its edge, the slope below it, and the part of the strip that lies there."""
     from matplotlib.patches import Polygon, Rectangle
 
-    half = 0.5 * thickness
-    back, deep = -BOARD * overhang, DEEP * overhang
+    half, back, deep = 0.5 * thickness, -BOARD * overhang, DEEP * overhang
     slope = [[0.0, -half], [reach, -half - drop], [back, -half - drop], [back, -half]]
+    board: Any = {"facecolor": WOOD, "edgecolor": EDGE, "zorder": 0.6, "label": "board"}
+    strip: Any = {"facecolor": BLUE, "alpha": 0.35, "edgecolor": "none", "zorder": 0.7, "label": "strip on the board"}
     axes.add_patch(Polygon(slope, facecolor=SLOPE, edgecolor="none", zorder=0.4))
-    board = Rectangle((back, -half - deep), -back, deep, facecolor=WOOD, edgecolor=EDGE, zorder=0.6, label="board")
-    axes.add_patch(board)
-    lying = Rectangle((back, -half), -back, thickness, facecolor=BLUE, alpha=0.35, edgecolor="none", zorder=0.7)
-    lying.set_label("strip on the board")
-    axes.add_patch(lying)
+    axes.add_patch(Rectangle((back, -half - deep), -back, deep, **board))
+    axes.add_patch(Rectangle((back, -half), -back, thickness, **strip))
 
 
 #: bending stiffness per width [N mm], and that of a strip [mN cm2], which tables may have
 PER_WIDTH, OF_A_STRIP = "bending_stiffness_n_mm_per_width", "bending_stiffness_mncm2"
-
-
-def _residual(run: CantileverRun) -> str:
-    if run.model.scale == "meso":
-        return "deflection by moments out of balance / that by the weight"
-    return "force out of balance / weight of the strip"
-
-
-def _of(run: CantileverRun) -> str:
-    return "of the deflection" if run.model.scale == "meso" else "of the weight"
 
 
 def _tolerance(run: CantileverRun) -> float:
@@ -118,7 +98,7 @@ def _tolerance(run: CantileverRun) -> float:
 
 
 def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
-    """An overhang, which tables have at 41.5 deg, at the plane that the run looks for, by the heavy elastica."""
+    """Convert an overhang at 41.5 deg to the plane of the run, by the heavy elastica."""
     plane = run.rig.plane_angle
     if run.rig.mode != "overhang" or abs(plane - STANDARD_ANGLE) < 1e-9:
         return row
@@ -127,54 +107,47 @@ def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
     return with_note(scaled, f"for a plane at {plane:g} instead of {STANDARD_ANGLE:g} deg")
 
 
-def _per_width(row: PublishedValue) -> PublishedValue:
-    """The bending stiffness of a strip [mN cm2] over its width [N mm]; raises :class:`InputError` without a width."""
-    one = for_width(row, 1.0)
-    per_width = replace(one, quantity=PER_WIDTH, mean=0.1 * one.mean, sd=0.1 * one.sd, unit="N mm")
-    return with_note(replace(per_width, table=row.table, scaled=row.scaled), "that of the strip over its width")
-
-
-class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
+class CantileverReport(NoSize[CantileverRun], FabricReport[CantileverRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
-    axes = CurveAxes("steps", "residual", "relaxation steps", "out of balance [-]", logarithmic=True)
+    axes = CurveAxes("steps", "residual", "relaxation steps", "residual [-]", logarithmic=True)
 
     def levels(self, run: CantileverRun) -> list[Level]:
-        """Residual below which the strip is at rest."""
-        return [Level(_tolerance(run), "at rest: out of balance by less")]
+        """Residual of equilibrium."""
+        return [Level(_tolerance(run), "equilibrium: smaller residual")]
 
     def gates(self, run: CantileverRun) -> list[Gate]:
-        """Rest, the root carries the weight, and hourglass control little of the energy."""
+        """Limits of residual, root moment, and hourglass energy."""
+        unit = "of the deflection" if run.model.scale == "meso" else "of the weight"
         return [
-            Gate("residual at rest", "results", "residual", _tolerance(run), unit=_of(run)),
+            Gate("residual at rest", "results", "residual", _tolerance(run), unit=unit),
             Gate("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
             *(energy_gate(run, gate) for gate in (HOURGLASS,) if gate.applies(run)),
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Overhangs for the plane of the run, and the bending stiffness per width, which a table may have as that of a
-        strip, beside both of the run: by Eq. 2, as the tested one, and at the root.
-        """
+        """Overhangs for the plane of the run, and the bending stiffness per width for Eq. 2 and for the root."""
         per_width = {row.quantity: row for row in rows}.get(PER_WIDTH)
         found = [_for_plane(row, run) for row in rows if row.quantity == "overhang_mm"]
         for row in rows if per_width is None else [per_width]:
             if row.quantity in (PER_WIDTH, OF_A_STRIP):
-                one = row if row is per_width else _per_width(row)
+                one = row
+                if row is not per_width:  # of a strip [mN cm2]
+                    each = for_width(row, 1.0)
+                    each = replace(each, quantity=PER_WIDTH, mean=0.1 * each.mean, sd=0.1 * each.sd, unit="N mm")
+                    each = replace(each, table=row.table, scaled=row.scaled)
+                    one = with_note(each, "that of the strip over its width")
                 found += [replace(one, quantity=EQ2), one]
         return found
 
-    def reference_curve(self, run: CantileverRun) -> ReferenceCurve | None:
-        """No curve is published."""
-        return None
-
     def placed(self, run: CantileverRun, specimen: Specimen) -> list[Body]:
-        """The board up to its edge, and the plane that the strip is to meet."""
+        """The board up to its edge, and the plane."""
         history = specimen.history
         first, last = history.frames[0].position, history.frames[-1].position
         top = float(first[:, 2].mean()) - 0.5 * run.fabric.thickness_mm
         sides = float(first[:, 0].min()), float(first[:, 0].max())
-        reach = float(last[:, 1].max())
-        back, deep = BOARD * specimen.results["overhang_mm"], DEEP * specimen.results["overhang_mm"]
+        reach, overhang = float(last[:, 1].max()), specimen.results["overhang_mm"]
+        back, deep = BOARD * overhang, DEEP * overhang
         foot = top - reach * np.tan(np.deg2rad(run.rig.plane_angle))
         board = np.array([[-back, top - deep], [0.0, top - deep], [0.0, top], [-back, top]])
         slope = np.array([[0.0, top], [0.0, foot], [reach, foot]])
@@ -182,18 +155,19 @@ class CantileverReport(NoSize[CantileverRun], Report[CantileverRun]):
         return [block("board", board, sides, still), block("plane", slope, sides, still)]
 
     def pictures(self, run: CantileverRun, specimens: list[Specimen], references: References, folder: Path) -> None:
-        """deformed.png from the side, curve.png of the convergence."""
+        """Draw deformed.png from the side, and curve.png of the convergence."""
         history, results = specimens[0].history, specimens[0].results
-        curve = history.curve
+        curve, meso = history.curve, run.model.scale == "meso"
+        residual = "deflection by unbalanced moments / by weight" if meso else "unbalanced force / weight of the strip"
         moves = curve["largest_move_mm"] / max(float(curve["largest_move_mm"].max()), 1e-12)
         lines = [
-            Line(curve["steps"], curve["residual"], _residual(run)),
+            Line(curve["steps"], curve["residual"], residual),
             Line(curve["steps"], moves, "movement / fastest movement"),
         ]
-        line_picture(
-            folder / "curve.png", lines, title=f"{title_of(run)}: coming to rest", xlabel=self.axes.xlabel,
-            ylabel="ratio [-]", levels=self.levels(run), logarithmic=True,
-        )  # fmt: skip
+        title = f"{title_of(run)}: convergence"
+        self.draw_lines(
+            run, lines, References(), folder / "curve.png", title=title, ylabel="ratio [-]", logarithmic=True
+        )
         first, last = history.frames[0].position, history.frames[-1].position
         cells = history.mesh.cells
         segments = cells if cells.shape[1] == 2 else np.vstack([cells[:, [0, 3]], cells[:, [1, 2]]])

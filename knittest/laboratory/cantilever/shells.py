@@ -4,37 +4,29 @@ from dataclasses import dataclass
 from math import atan2, degrees
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knittest.base.history import Frame
+from knittest.base.history import Array, Frame
 from knittest.laboratory.base import Holder, Prepared, fabric_laminate
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.strips import weights
 from knittest.materials.laminate import enough_for_bending, softened
 from knittest.models.boundary import Boundary, new_tally
-from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_rectangle
 from knittest.solve.relax import Relaxation, relax
 from knittest.solve.state import Observer, SimulationCost
 
-Array = NDArray[np.float64]
-
-# Sections of a bent strip: the moment that is out of balance at each, and turns that balance it.
-#
-# A strip of yarns bends a thousand times more slowly than its loops settle, so relaxation alone would take a million
-# steps. Cantilevers are statically determinate: forces that are out of balance give the missing moment of every
-# section, and the missing moment over an assumed stiffness its missing curvature. Relaxing the yarns for a while and
-# turning the sections by that in turns is a two-grid method, whose result does not depend on the assumed stiffness.
+# Sections of a bent strip: their unbalanced moments, and turns that balance them. A strip of yarns bends a thousand
+# times more slowly than its loops settle, so relaxation alone would take a million steps. Cantilevers are statically
+# determinate: residual forces give the missing moment of every section, and with an assumed stiffness its missing
+# curvature. Alternating relaxation and turns of the sections is a two-grid method; its result does not depend on the
+# assumed stiffness.
 
 #: distance of sections [mm], about that of yarns
 SPACING = 4.0
 
 
 class Sections:
-    """Sections across a strip along y that is held behind its edge at 0.
-
-    ``flat`` (n, 3) [mm] the nodes when it lay flat, their ``mass`` (n,) [g] and the ``overhang`` [mm].
-    """
+    """Sections across a strip along y held behind its edge at 0: ``flat`` (n, 3) [mm], ``mass`` (n,), ``overhang``."""
 
     def __init__(self, flat: Array, mass: Array, overhang: float) -> None:
         self.arc = np.linspace(0.0, overhang, max(round(overhang / SPACING), 8) + 1)
@@ -52,17 +44,13 @@ class Sections:
         return found
 
     def moments(self, position: Array, force: Array) -> Array:
-        """Moment [N mm] that ``force`` (n, 3) [N] on the nodes beyond each section has about it; downwards is positive.
-
-        (n_sections,); nodes at an edge belong to the piece before it.
-        """
+        """Moment [N mm] of ``force`` (n, 3) [N] on the nodes beyond each section about it, downwards, (n_sections,)."""
         y, z = position[self._order, 1], position[self._order, 2]
         fy, fz = force[self._order, 1], force[self._order, 2]
         beyond = np.searchsorted(self._sorted, np.maximum(self.arc, 1e-6), side="right")
         sums = [np.append(np.cumsum(v[::-1])[::-1], 0.0)[beyond] for v in (z * fy - y * fz, fy, fz)]
         centre = self.centres(position)
-        moments: Array = sums[0] - centre[:, 2] * sums[1] + centre[:, 1] * sums[2]
-        return moments
+        return np.asarray(sums[0] - centre[:, 2] * sums[1] + centre[:, 1] * sums[2])
 
     def limited(self, curvature: Array, most: float) -> Array:
         """``curvature`` [1/mm], (n_sections,), scaled down so that no section turns by more than ``most`` [rad]."""
@@ -74,10 +62,7 @@ class Sections:
         return np.append(0.0, np.cumsum(0.5 * self.arc[1] * (curvature[1:] + curvature[:-1])))
 
     def turned(self, position: Array, curvature: Array) -> tuple[Array, Array]:
-        """Positions (n, 3) [mm] and turns downwards (n,) [rad] of nodes after sections bent by ``curvature`` [1/mm].
-
-        ``curvature`` (n_sections,); sections turn rigidly and keep their distances, the edge stays.
-        """
+        """Positions (n, 3) [mm] and turns downwards (n,) [rad] of nodes after rigid sections bent by ``curvature``."""
         turn = self._turns(curvature)
         before = self.centres(position)
         chords = _down(np.diff(before, axis=0), 0.5 * (turn[1:] + turn[:-1]))
@@ -97,15 +82,13 @@ def _down(vector: Array, angle: Array) -> Array:
 
 #: nodes up to here [mm] are held
 EDGE = 1e-6
-#: share of the overhang from which the curvature of the root is read, and the terms that it is read by
+#: share of the overhang that gives the curvature of the root, and terms of the fit
 NEAR, TERMS = 0.25, 3
 
 
 @dataclass
 class Rest:
-    """A strip at rest: chord angle [deg], moment of the root about the edge (without that of the curl) and that of the
-    weight [N mm], curvature at the root [1/mm], and how it came to rest.
-    """
+    """A strip in equilibrium: chord angle [deg], moments of root and weight about the edge [N mm], curvature [1/mm]."""
 
     overhang: float
     angle: float
@@ -115,12 +98,12 @@ class Rest:
     relaxation: Relaxation
     frames: tuple[Frame, Frame]
     converged: bool
-    #: moment [N mm] that holds the strip flat when it weighs nothing, and how far the angle still moved [deg]
+    #: moment [N mm] that holds the strip flat without weight, and last change of the angle [deg]
     curl: float = 0.0
     drift: float = 0.0
     #: energy of the hourglass control of shells over the internal one [-]
     hourglass: float = 0.0
-    #: whether yarns got their friction on the way, without which they slipped on
+    #: whether yarns got their friction on the way
     rubs: bool = False
 
 
@@ -131,7 +114,7 @@ class Mounting(Holder):
         self.flat, self.weight = flat, weight
 
     def constrain(self, boundary: Boundary) -> None:
-        """Hold the root; the groups of reactions add up to its moment about the edge (scales are lever arms)."""
+        """Hold the root; the reactions add up to its moment about the edge (scales are lever arms)."""
         along, height = self.flat[:, 1], self.flat[:, 2]
         held = np.flatnonzero(along <= EDGE)
         boundary.move(held, "z", scale=along[held])
@@ -145,15 +128,12 @@ class Mounting(Holder):
         return float(np.sum(self.weight[free] * now[free, 1]))
 
     def root(self, reaction: Array, steps: int) -> float:
-        """Moment of the strip at the edge [N mm] from reactions (PARTITIONS, n_groups) summed over ``steps``.
-
-        The reactions also bear what is held behind the edge.
-        """
+        """Moment of the strip at the edge [N mm] from reactions (PARTITIONS, n_groups) summed over ``steps``."""
         held = self.flat[:, 1] <= EDGE
         return float(reaction[:, :3].sum()) / steps - float(self.weight[held] @ self.flat[held, 1])
 
     def curvature(self, now: Array) -> float:
-        """Curvature at the edge [1/mm] of the mean deflection, by terms of the elastica from as many rows at least."""
+        """Curvature at the edge [1/mm] of the mean deflection, by terms of the elastica."""
         along, drop = self.flat[:, 1], self.flat[:, 2] - now[:, 2]
         rows = np.unique(np.round(along[along > EDGE], 6))
         near = (along > EDGE) & ((along < NEAR * along.max()) | (along < rows[:TERMS][-1] + EDGE))
@@ -163,7 +143,7 @@ class Mounting(Holder):
 
 
 def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
-    """The strip flat, its edge at 0; across, shells are no longer than along, or their hourglass control bends them."""
+    """Make the strip flat, its edge at 0; shells are no longer across than along, or hourglass control bends them."""
     size = run.model.macro.element_size_mm
     rows = max(round(overhang / size), 4)
     step = overhang / rows
@@ -179,7 +159,7 @@ def mount_shells(run: CantileverRun, overhang: float) -> Prepared:
 
 
 def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, observer: Observer) -> Rest:
-    """Relax under gravity and read the shape."""
+    """Find the equilibrium of shells under gravity."""
     model, mounting = prepared.model, prepared.mount
     assert isinstance(mounting, Mounting)
     dt = run.solver.safety * model.critical_step
@@ -199,25 +179,17 @@ def shells_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost,
     frames = (first, Frame(1.0, angle, moment, now, model.fields()))
     root = mounting.root(tally.reaction, relaxation.last_chunk)
     w, x = model.nodes.rotation[:2, : model.n_nodes]
-    turns = -2.0 * np.arctan2(x, w)
+    turns, stored = -2.0 * np.arctan2(x, w), model.stored()
     return Rest(
         prepared.facts["overhang_mm"], angle, root, moment, root_curvature(flat[:, 1], turns), relaxation, frames,
-        relaxation.converged, hourglass=_hourglass(model),
+        relaxation.converged, hourglass=stored.hourglass / max(float(stored.internal.sum()), 1e-300),
     )  # fmt: skip
 
 
 def root_curvature(along: Array, turns: Array) -> float:
-    """Curvature [1/mm] at the edge of nodes ``along`` the strip [mm] that have turned downwards by ``turns`` [rad],
-    (n,) each: the parabola of the curvatures between the rows next to it, free of transverse shear.
-    """
+    """Curvature [1/mm] at the edge of nodes ``along`` [mm] with turns down [rad], (n,), without transverse shear."""
     place, row = np.unique(np.round(along[along >= -EDGE], 6), return_inverse=True)
     turn = np.bincount(row, turns[along >= -EDGE]) / np.bincount(row)
     middle, curvature = 0.5 * (place[1:] + place[:-1]), np.diff(turn) / np.diff(place)
     near = max(TERMS, np.count_nonzero(middle < NEAR * place[-1]))
     return float(np.polyfit(middle[:near], curvature[:near], TERMS - 1)[-1])
-
-
-def _hourglass(model: ExplicitModel) -> float:
-    """Energy of the hourglass control over the internal one [-]; of nothing none."""
-    stored = model.stored()
-    return stored.hourglass / max(float(stored.internal.sum()), 1e-300)

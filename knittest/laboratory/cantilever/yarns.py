@@ -1,11 +1,9 @@
-"""Yarns of a cantilever: laid into the heavy elastica, then relaxed and turned section by section until at rest.
+"""Yarns of a cantilever: laid into the heavy elastica, then relaxed and turned section by section until in equilibrium.
 
-A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here yarns and
-loops settle for a while, then the sections turn by the moments that are still missing (:mod:`.sections`), and so on
-until the moments of all sections balance. Yarns slip on each other without friction, as in a strip that was shaken:
-sticking ones would stiffen every turn, and the state would depend on the way to it. In some fabrics loops keep
-slipping for very long, and the moments never balance. There the yarns get the coefficient of friction of the fabric
-after some turns, and the sections are turned further. Loops that are not set in their shape would curl the strip; a
+A strip of yarns bends slowly and rattles fast: relaxed from its flat shape it takes a million steps. Here yarns settle
+for a while, then the sections turn by the missing moments (:class:`.Sections`), until all moments balance. Yarns slip
+without friction: sticking ones would stiffen every turn, and the state would depend on the way to it. Where loops slip
+for very long, the yarns get the friction of the fabric after some turns. Loops that are not set would curl the strip; a
 couple at the free end keeps it flat without weight.
 """
 
@@ -16,11 +14,11 @@ from math import atan2, ceil, degrees, log
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.history import Frame
+from knittest.base.history import Array, Frame
 from knittest.laboratory.base import Prepared
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.shells import Mounting, Rest, Sections
-from knittest.laboratory.strips import cut, pitch, weights, yarns_across
+from knittest.laboratory.strips import along_and_across, cut, pitch, weights, yarns_across
 from knittest.materials.heavy_elastica import heavy_elastica
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.meso import build_meso, yarn_contact
@@ -29,39 +27,33 @@ from knittest.models.yarn_model import YarnModel
 from knittest.solve.relax import Look, Relaxation, relax
 from knittest.solve.state import SILENT, Observer, SimulationCost
 
-Array = NDArray[np.float64]
-
 #: steps in which yarns and loops settle at first, and between two turns of the sections; most turns
 SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 72
 #: turns after which yarns rub on each other, and turns without a smaller residual that end it
 RUBBING, STALLED = 16, 24
-#: share of the way that progress gives to either of the first settlings
-FIRST = 0.15
-#: deflection that moments out of balance would add, over that of the weight, and error of the root's moment over that
-#: of the weight, at which the strip is at rest; the root settles last, and bends a few millimetres only
+#: share of progress of each of the first settlings, and sections at either end that the curl is not read from
+FIRST, ENDS = 0.15, 3
+#: deflection by unbalanced moments and error of the root moment, both over that of the weight, in equilibrium; the root
+#: settles last, and bends a few millimetres only
 BALANCED, ROOT_BALANCED = 0.005, 0.008
-#: sections at either end that the strip's curl is not read from
-ENDS = 3
-#: stiffness by which sections are turned over that of the yarns: too stiff takes more turns, too soft overshoots
+#: assumed stiffness of the turns over that of the yarns: too stiff takes more turns, too soft overshoots
 STIFFER = 1.6
-#: stiffness that a turn has shown, over that by which it was made, above which the next ones are made by the former:
-#: thick loops stiffen a strip of thin inlays
+#: measured over assumed stiffness of a turn above which the next ones use the measured one: loops stiffen thin inlays
 OVERSHOT = 1.5
-#: largest turn [rad] of a section at once
-LARGEST_TURN = 0.3
-#: pitches held behind the edge
-HELD = 1
+#: largest turn [rad] of a section at once, and pitches held behind the edge
+LARGEST_TURN, HELD = 0.3, 1
 
 
 def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-    """The strip flat along y, its edge at 0 and its free end a whole number of pitches from its held one."""
+    """Make the strip flat along y, its edge at 0 and its free end a whole number of pitches from its held one."""
     start = clock.perf_counter()
     direction, period = run.rig.direction, pitch(run, run.rig.direction)
     across, along = yarns_across(run, direction, specimen), ceil(overhang / period) + HELD
-    n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
-    piece = cut(run, n_wales, n_courses, specimen, observer)
-    edge = along * period - overhang
-    paths = [replace(p, points=_along_y(p.points, direction, edge)) for p in piece.paths]
+    piece = cut(run, *along_and_across(direction, along, across), specimen, observer)
+    paths = piece.paths
+    if direction != "warp":
+        paths = [replace(p, points=np.column_stack([-p.points[:, 1], p.points[:, 0], p.points[:, 2]])) for p in paths]
+    paths = [replace(p, points=p.points - [0.0, along * period - overhang, 0.0]) for p in paths]
     share = run.rig.usual["membrane_share"] if run.rig.membrane_share is None else run.rig.membrane_share
     model = build_meso(run, paths, piece.draws, share, rubbing=False)
     width = across * (run.fabric.wale_spacing if direction == "warp" else run.fabric.course_spacing)
@@ -70,14 +62,9 @@ def mount_yarns(run: CantileverRun, overhang: float, specimen: int = 0, observer
     return Prepared(model, mounting, clock.perf_counter() - start, piece.table, facts)
 
 
-def _along_y(points: Array, direction: str, edge: float) -> Array:
-    turned = points if direction == "warp" else np.column_stack([-points[:, 1], points[:, 0], points[:, 2]])
-    return turned - [0.0, edge, 0.0]
-
-
 @dataclass
 class _Course:
-    """A strip on its way to rest: its sections, damping and loads, and the relaxations so far."""
+    """A strip on its way to equilibrium: its sections, damping and loads, and the relaxations so far."""
 
     prepared: Prepared
     run: CantileverRun
@@ -100,7 +87,7 @@ class _Course:
         self.sections = Sections(mounting.flat, model.mass, self.prepared.facts["overhang_mm"])
 
     def settle(self, steps: int, look: Look | None = None) -> Array:
-        """Relax; returns the moments that are out of balance [N mm], (n_sections,)."""
+        """Relax; return the unbalanced moments [N mm], (n_sections,)."""
         model = self.prepared.model
         found = relax(model, self.drive, self.tally, self.dt, self.run.rig.tolerance, steps, look=look)
         self.last = [(self.done.steps + row[0], *row[1:]) for row in found.history]
@@ -117,11 +104,7 @@ class _Course:
         self.rubs = contact.friction > 0.0
 
     def judge(self, moments: Array) -> None:
-        """Residual: the tip's deflection by all moments out of balance as if of one sign, over that by the weight.
-
-        At rest it is small, and the root carries the weight. It stands for the residual in the history too: forces on
-        single nodes say nothing about a strip that moves as a whole.
-        """
+        """Residual: the tip's deflection by unbalanced moments of one sign over that by the weight."""
         weight = np.zeros((self.prepared.model.n_nodes, 3))
         weight[:, 2] = -_mounting(self.prepared).weight
         lever = self.sections.arc[-1] - self.sections.arc
@@ -154,7 +137,7 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     observer.overlaps(flat.overlaps)
     curl = -float(flat.settle(SETTLE, _from(observer, 0.0))[ENDS:-ENDS].mean())
     model.restore(fresh)
-    stiffness = _of_inlays(prepared, run)
+    stiffness = _inlay_stiffness(prepared, run)
     _bend(prepared, overhang, per_length, stiffness)
     course = _Course(prepared, run, cost, curl)
     moments, before = course.settle(SETTLE, _from(observer, FIRST)), _angle(prepared, run)
@@ -183,13 +166,17 @@ def yarns_to_rest(prepared: Prepared, run: CantileverRun, cost: SimulationCost, 
     )  # fmt: skip
 
 
+def _inlay_stiffness(prepared: Prepared, run: CantileverRun) -> float:
+    return run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
+
+
 def _from(observer: Observer, share: float) -> Look:
-    """Tell ``observer`` how far steps to settle are that begin at a ``share`` of the whole."""
+    """Report to ``observer`` steps of settling that begin at a ``share`` of the whole."""
     return lambda steps, most: observer.settling(share + FIRST * steps / most)
 
 
 def _share(residuals: list[float]) -> float:
-    """Share of the way from the first residual to that of rest, on a scale of logarithms."""
+    """Progress from the first residual to that of equilibrium, on a logarithmic scale."""
     first, now = (max(residual / BALANCED, 1.0 + 1e-9) for residual in (residuals[0], min(residuals)))
     return 1.0 - log(now) / log(first)
 
@@ -205,18 +192,11 @@ def _bend(prepared: Prepared, overhang: float, weight: float, stiffness: float) 
 
 
 def _turning(present: float, usual: float, curvature: Array, changes: Array) -> float:
-    """Stiffness [N mm2] for the next turn: ``present``, or the one by which the moments have changed [N mm] with the
-    ``curvature`` [1/mm] of the last turn, where they changed too much; never less than the ``usual`` one.
-    """
+    """Stiffness [N mm2] for the next turn: ``present``, or the measured one where moments changed too much."""
     shown = float(curvature @ changes) / max(float(curvature @ curvature), 1e-30)
     if shown > OVERSHOT * present or present > usual:
         return max(STIFFER * shown, usual)
     return present
-
-
-def _of_inlays(prepared: Prepared, run: CantileverRun) -> float:
-    """Bending stiffness [N mm2] of the inlays along the strip."""
-    return run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
 
 
 def _mounting(prepared: Prepared) -> Mounting:
@@ -225,7 +205,6 @@ def _mounting(prepared: Prepared) -> Mounting:
 
 
 def _tips(prepared: Prepared, run: CantileverRun) -> NDArray[np.int64]:
-    """Nodes at the free ends of the yarns along the strip."""
     mesh = prepared.model.mesh
     of = mesh.part == mesh.part_names.index(run.rig.direction)
     cells, yarn = mesh.cells[of], mesh.yarn[of]
@@ -233,7 +212,6 @@ def _tips(prepared: Prepared, run: CantileverRun) -> NDArray[np.int64]:
 
 
 def _angle(prepared: Prepared, run: CantileverRun) -> float:
-    """Chord angle [deg] from the edge to the free ends."""
     tips, flat = _tips(prepared, run), _mounting(prepared).flat
     now = prepared.model.position()
     return degrees(atan2(float((flat[tips, 2] - now[tips, 2]).mean()), float(now[tips, 1].mean())))

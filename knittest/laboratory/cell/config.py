@@ -1,4 +1,4 @@
-"""Config of the cell test: fields, presets, the size that is shown, paths of the mean deformation from CSV files."""
+"""Config of the cell test: fields, presets, paths of the mean deformation from CSV files."""
 
 import csv
 from collections.abc import Mapping
@@ -43,10 +43,7 @@ Row = tuple[float, float, float, float, float]
 
 
 def read_steps(name: str) -> list[Row]:
-    """Rows of the share of the time and the components of the mean gradient in file ``name``.
-
-    Raises :class:`InputError` naming the line of what is wrong.
-    """
+    """Rows of time share and mean gradient in file ``name``; raises :class:`InputError` that names the line."""
     try:
         lines = list(csv.reader(Path(name).read_text(encoding="utf-8").splitlines()))
     except (OSError, UnicodeDecodeError) as error:
@@ -56,27 +53,23 @@ def read_steps(name: str) -> list[Row]:
         raise InputError(f"{name}, line 1: expected the header {','.join(HEADER)}")
     rows: list[Row] = []
     for at, line in numbered[1:]:
-        rows.append(_row(f"{name}, line {at}", line, rows))
+        where = f"{name}, line {at}"
+        try:
+            fraction, xx, xy, yx, yy = row = tuple(float(v) for v in line)
+        except ValueError:
+            row = ()
+        if not row or not all(map(isfinite, row)):
+            raise InputError(f"{where}: {','.join(line)}: expected {len(HEADER)} finite numbers, {','.join(HEADER)}")
+        if not rows and row != (0.0, 1.0, 0.0, 0.0, 1.0):
+            raise InputError(f"{where}: the path begins with the undeformed fabric: expected 0,1,0,0,1")
+        if rows and not rows[-1][0] < fraction <= 1.0:
+            raise InputError(f"{where}: fraction = {fraction:g}: expected more than {rows[-1][0]:g}, and at most 1")
+        if not xx * yy - xy * yx > 0.0:
+            raise InputError(f"{where}: the gradient has the determinant {xx * yy - xy * yx:g}: expected more than 0")
+        rows.append((fraction, xx, xy, yx, yy))
     if len(rows) < 2 or rows[-1][0] != 1.0:
-        raise InputError(f"{name}: {len(rows)} rows; expected the start and more, the last of fraction 1")
+        raise InputError(f"{name}: {len(rows)} rows; expected at least 2, the last of fraction 1")
     return rows
-
-
-def _row(where: str, line: list[str], before: list[Row]) -> Row:
-    try:
-        values = [float(v) for v in line]
-    except ValueError:
-        raise InputError(f"{where}: {','.join(line)}: expected numbers") from None
-    if len(values) != len(HEADER) or not all(isfinite(v) for v in values):
-        raise InputError(f"{where}: {','.join(line)}: expected {len(HEADER)} finite numbers, {','.join(HEADER)}")
-    fraction, xx, xy, yx, yy = values
-    if not before and (fraction, xx, xy, yx, yy) != (0.0, 1.0, 0.0, 0.0, 1.0):
-        raise InputError(f"{where}: the path begins with the fabric as it is: expected 0,1,0,0,1")
-    if before and not before[-1][0] < fraction <= 1.0:
-        raise InputError(f"{where}: fraction = {fraction:g}: expected more than {before[-1][0]:g}, and at most 1")
-    if not xx * yy - xy * yx > 0.0:
-        raise InputError(f"{where}: the gradient has the determinant {xx * yy - xy * yx:g}: expected more than 0")
-    return fraction, xx, xy, yx, yy
 
 
 PathName = Literal["shear", "warp", "weft", "biaxial", "bending", "compaction", "steps"]
@@ -140,15 +133,11 @@ class CellRig(Rig):
         return data
 
     @model_validator(mode="after")
-    def _has_steps(self) -> Self:
+    def _path_fits(self) -> Self:
         if (self.path == "steps") != bool(self.steps):
-            raise BoundsError("go with rig.path=FILE.csv, and with it alone", "steps")
-        return self
-
-    @model_validator(mode="after")
-    def _ends_on_its_way(self) -> Self:
+            raise BoundsError("can only be given by rig.path=FILE.csv", "steps")
         if self.end_angle is not None and self.path != "shear":
-            raise BoundsError("goes with rig.path=shear alone", "end_angle")
+            raise BoundsError("can only be used with rig.path=shear", "end_angle")
         if self.end_angle is not None and self.end_angle > self.max_angle:
             raise BoundsError(f"must be at most max_angle, {self.max_angle:g} deg", "end_angle")
         return self
@@ -173,8 +162,3 @@ class CellRun(Run):
     """A cell test."""
 
     rig: CellRig = Field(default_factory=CellRig)
-
-
-def stated(run: CellRun) -> tuple[str, ...]:
-    """Repeats and path, in words."""
-    return (f"{run.rig.wales} x {run.rig.courses} repeats without an edge, path {run.rig.path}",)

@@ -1,7 +1,7 @@
 """Record of the cell test."""
 
 from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
-from knittest.laboratory.records import CROSSINGS, LOOPS
+from knittest.laboratory.records import CROSSINGS, LOOPS, labels_at
 
 KIND = TestKind(
     name="cell",
@@ -17,20 +17,17 @@ KIND = TestKind(
     run="knittest.laboratory.cell.config:CellRun",
     test="knittest.laboratory.cell.test:Cell",
     report="knittest.laboratory.cell.report:CellReport",
-    size="knittest.laboratory.cell.config:stated",
+    size=("{rig.wales} x {rig.courses} repeats without an edge, path {rig.path}",),
     ending="knittest.laboratory.cell.path:ending",
     texts={"path": ("rig.path", "shear, warp, weft, biaxial, bending, compaction, or a CSV file of steps.")},
     labels={
         "cell_shear_n_per_mm_at_deg.1": ("shear force at 1 deg [N/mm]", "{:.5f}"),
-        "cell_shear_n_per_mm_at_deg.10": ("shear force at 10 deg [N/mm]", "{:.4f}"),
-        "cell_shear_n_per_mm_at_deg.20": ("shear force at 20 deg [N/mm]", "{:.4f}"),
-        "cell_shear_n_per_mm_at_deg.30": ("shear force at 30 deg [N/mm]", "{:.4f}"),
-        "cell_shear_n_per_mm_at_deg.40": ("shear force at 40 deg [N/mm]", "{:.4f}"),
+        **labels_at("cell_shear_n_per_mm_at_deg", "shear force at {} deg [N/mm]", "{:.4f}", (10, 20, 30, 40)),
         "cell_warp_n_per_mm": ("mean stress along the warp [N/mm]", "{:.3f}"),
         "cell_weft_n_per_mm": ("mean stress along the weft [N/mm]", "{:.3f}"),
-        "cell_moment_n": ("bending moment a length [N]", "{:.4f}"),
+        "cell_moment_n": ("bending moment per length [N]", "{:.4f}"),
         "cell_bending_stiffness_n_mm": ("bending stiffness [N mm]", "{:.3f}"),
-        "cell_curl_per_mm": ("curl of the free fabric, + hollow on the face [1/mm]", "{:+.4f}"),
+        "cell_curl_per_mm": ("curl of the free fabric, + concave on the face [1/mm]", "{:+.4f}"),
         "cell_fracture_strain_pct": ("strain at the first fracture of a yarn [%]", "{:.3f}"),
         "cell_pressure_kpa": ("pressure at the end [kPa]", "{:.1f}"),
         "cell_thickness_at_rest_mm": ("thickness at the start [mm]", "{:.3f}"),

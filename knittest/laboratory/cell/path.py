@@ -4,26 +4,22 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knittest.laboratory.cell.config import CellRig, CellRun
+from knittest.base.history import Array
+from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.records import Ending
 from knittest.models.periodic_model import NUMBERS
 from knittest.models.tool import Table, ramp
 
-Array = NDArray[np.float64]
-
-#: knots of a motion
-KNOTS = 400
-#: length of fabric [mm] that ``solver.speed`` moves one end of
-FABRIC = 100.0
+#: knots of a motion, and length of fabric [mm] whose end moves at ``solver.speed``
+KNOTS, FABRIC = 400, 100.0
 
 
 @dataclass(frozen=True)
 class CellPath:
-    """Way from ``s`` = 0 to 1: ``at`` (KNOTS + 1, 7) numbers of the lattice at even ``s``, ``free`` ones of them, the
-    ``end`` of the coordinate whose conjugate force is read, named ``name`` with the factor ``shown`` to its unit; it
-    takes ``duration`` [ms].
+    """Path from ``s`` = 0 to 1: numbers ``at`` (KNOTS + 1, 7) of the lattice, ``free`` ones of them, ``duration`` [ms].
+
+    ``end`` of the coordinate ``name`` whose conjugate force is read; ``shown`` is its factor to a unit.
     """
 
     name: str
@@ -35,7 +31,7 @@ class CellPath:
 
     @property
     def shrink(self) -> float:
-        """Share [-] of their length that lines in the plane come to on the way, the smallest; free ones keep theirs."""
+        """Smallest length over its start [-] of lines in the plane on the path; free ones keep theirs."""
         flat = self.at[:, [0, 1, 3, 4]].reshape(-1, 2, 2)
         gradient = np.linalg.solve(flat[0], flat)
         return float(min(np.linalg.svd(gradient, compute_uv=False).min(), 1.0))
@@ -43,20 +39,17 @@ class CellPath:
     @cached_property
     def slope(self) -> Array:
         """Derivatives of the numbers by s, (KNOTS + 1, 7)."""
-        found: Array = np.gradient(self.at, 1.0 / KNOTS, axis=0)
-        return found
+        return np.asarray(np.gradient(self.at, 1.0 / KNOTS, axis=0))
 
     def rates(self, progress: Table) -> dict[str, Table]:
         """Speeds of the numbers that move, where s moves by ``progress`` [1/ms]."""
         time = np.linspace(0.0, self.duration, KNOTS + 1)
         s = np.array([progress.integral(float(t)) for t in time]).clip(max=1.0)
         speed = np.interp(time, progress.time, progress.value)
-        even = np.linspace(0.0, 1.0, KNOTS + 1)
-        moving = [q for q in range(7) if np.ptp(self.at[:, q]) > 0.0 and NUMBERS[q] not in self.free]
-        found = {}
-        for q in moving:
-            slope = np.interp(s, even, self.slope[:, q])
-            found[NUMBERS[q]] = Table(tuple(time), tuple(slope * speed))
+        even, found = np.linspace(0.0, 1.0, KNOTS + 1), {}
+        for q, name in enumerate(NUMBERS):
+            if np.ptp(self.at[:, q]) > 0.0 and name not in self.free:
+                found[name] = Table(tuple(time), tuple(np.interp(s, even, self.slope[:, q]) * speed))
         return found
 
     def conjugate(self, pull: Array, s: float) -> float:
@@ -70,40 +63,27 @@ def path_of(run: CellRun, reference: Array) -> CellPath:
     """Path of ``run`` for a cell of the lattice ``reference`` (2, 3) [mm]."""
     rig, s = run.rig, np.linspace(0.0, 1.0, KNOTS + 1)
     flat = np.tile(np.append(reference.ravel(), 0.0), (KNOTS + 1, 1))
-    makers = {"shear": _sheared, "bending": _bent, "steps": _stepped}
-    if rig.path in makers:
-        return makers[rig.path](rig, flat, s)
+    a, b = flat[0, 0], flat[0, 4]
     if rig.path == "compaction":
         return CellPath("approach_mm", 1.0, 1.0, flat)
+    if rig.path == "bending":  # the cell goes to the radius at which it carries no mean force along it
+        flat[:, 6] = rig.max_curvature * s
+        return CellPath("curvature_per_mm", rig.max_curvature, 1.0, flat)
+    if rig.path == "shear":  # pin-jointed yarns: both vectors keep their lengths and turn by half the angle
+        angle = float(np.deg2rad(rig.max_angle))
+        cosine, sine = np.cos(0.5 * angle * s), np.sin(0.5 * angle * s)
+        flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * cosine, a * sine, b * sine, b * cosine
+        return CellPath("shear_angle_deg", angle, 180.0 / np.pi, flat)
+    if rig.path == "steps":  # straight between the rows
+        rows = np.array(rig.steps)
+        xx, xy, yx, yy = (np.interp(s, rows[:, 0], rows[:, k]) for k in range(1, 5))
+        flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * xx, a * yx, b * xy, b * yy
+        return CellPath("path_pct", 1.0, 100.0, flat)
     share = {"warp": (0.0, 1.0), "weft": (1.0, 0.0), "biaxial": (rig.ratio, 1.0)}[rig.path]
     for q, part in zip((0, 4), share, strict=True):
         flat[:, q] *= 1.0 + rig.max_strain_fraction * part / max(share) * s
     other = {"warp": ("ax",), "weft": ("by",)}.get(rig.path, ()) if rig.across == "free" else ()
     return CellPath("strain_pct", rig.max_strain_fraction, 100.0, flat, other)
-
-
-def _sheared(rig: CellRig, flat: Array, s: Array) -> CellPath:
-    """Both vectors keep their lengths and lean by half the angle: pin-jointed yarns."""
-    angle = float(np.deg2rad(rig.max_angle))
-    a, b = flat[0, 0], flat[0, 4]
-    cosine, sine = np.cos(0.5 * angle * s), np.sin(0.5 * angle * s)
-    flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * cosine, a * sine, b * sine, b * cosine
-    return CellPath("shear_angle_deg", angle, 180.0 / np.pi, flat)
-
-
-def _bent(rig: CellRig, flat: Array, s: Array) -> CellPath:
-    """Turn a length; the cell goes to the radius at which it carries no mean force along it."""
-    flat[:, 6] = rig.max_curvature * s
-    return CellPath("curvature_per_mm", rig.max_curvature, 1.0, flat)
-
-
-def _stepped(rig: CellRig, flat: Array, s: Array) -> CellPath:
-    """Straight ways between the rows of a file."""
-    rows = np.array(rig.steps)
-    xx, xy, yx, yy = (np.interp(s, rows[:, 0], rows[:, k]) for k in range(1, 5))
-    a, b = flat[0, 0], flat[0, 4]
-    flat[:, 0], flat[:, 1], flat[:, 3], flat[:, 4] = a * xx, a * yx, b * xy, b * yy
-    return CellPath("path_pct", 1.0, 100.0, flat)
 
 
 def timed(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
@@ -120,5 +100,5 @@ ANGLES, NEAR = (1.0, 10.0, 20.0, 30.0, 40.0), 0.5
 
 
 def ending(run: CellRun) -> Ending | None:
-    """End of the path of ``run``; None where all that is read of it is read at its end."""
+    """End of the path of ``run``; None where results are read at its end only."""
     return Ending("rig.end_angle", run.rig.last_angle, NEAR) if run.rig.path == "shear" else None

@@ -1,19 +1,18 @@
 """Cell test: one periodic cell of yarns under a given mean deformation, its motion, and what is recorded of it."""
 
-import time as clock
-from collections.abc import Callable
 from dataclasses import replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
 from knittest.base.errors import InputError, NumericalError
-from knittest.base.history import Array, History, Overlaps, Quality
+from knittest.base.history import Array, History, Quality
 from knittest.base.units import rounded_down
 from knittest.fabric.relax import relaxed_cell
-from knittest.laboratory.base import Prepared, Test
+from knittest.laboratory.base import Prepared
 from knittest.laboratory.cell.config import STRETCHING, CellRun
 from knittest.laboratory.cell.path import ANGLES, NEAR, CellPath, path_of, timed
+from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.judging import Span, assess, locking
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.crossings import Crossings, crossings, surfaces
@@ -23,45 +22,37 @@ from knittest.models.tool import Table, constant, plane
 from knittest.solve.periodic_body import PeriodicBody
 from knittest.solve.settled_cell import Curl
 from knittest.solve.simulate import simulate
-from knittest.solve.state import SILENT, Observer, SimulationCost, Snapshot
+from knittest.solve.state import Observer, SimulationCost
 
-#: gap between the plates and the yarns at the start [mm]
-GAP = 0.002
-#: way of the plates over the thickness after which no fabric is left
-MOST_CLOSED = 0.9
+#: gap between plates and yarns at the start [mm], and travel over the thickness after which no fabric is left
+GAP, MOST_CLOSED = 0.002, 0.9
 
 
-class CellTest:
+class CellTest(TestRig):
     """Drives the lattice of ``model`` along its path; between plates until they press hard enough."""
 
     coordinate, force = "path_pct", "conjugate_force"
-    marks: tuple[float, ...] = ()
-    mounted_at, averaged_from = 0.0, np.inf
-    #: whether a yarn has come to its fracture strain
-    torn = False
-    #: whether the run has come to where it ends on the way of its path
-    arrived = False
+    #: whether a yarn has reached its fracture strain, and whether the run has reached its end on the path
+    torn = arrived = False
 
     def __init__(self, run: CellRun, model: PeriodicModel) -> None:
         self.model, self.pressed = model, run.rig.path == "compaction"
         self.own = np.flatnonzero(model.owned)
+        self.ring_length = float(np.linalg.norm(self.model.reference, axis=1).max())
         low, high = surfaces(model, self.own)
         self.thickness = high - low + 2.0 * GAP
-        self.path, self.progress = self._plan(run, model)
+        path = path_of(run, model.reference)
+        if self.pressed:
+            path = CellPath(path.name, MOST_CLOSED * self.thickness, 1.0, path.at)
+        self.path, self.progress = timed(run, path)
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
         self.bent, self.locks = run.rig.about, run.rig.path == "shear"
         self.ends_at = np.inf if run.rig.end_angle is None else run.rig.end_angle / run.rig.max_angle
 
-    def _plan(self, run: CellRun, model: PeriodicModel) -> tuple[CellPath, Table]:
-        path = path_of(run, model.reference)
-        if self.pressed:
-            path = CellPath(path.name, MOST_CLOSED * self.thickness, 1.0, path.at)
-        return timed(run, path)
-
     def constrain(self, boundary: Boundary) -> None:
         """Move, free or hold all numbers of the lattice; put the plates where the yarns are."""
         model = cast(PeriodicModel, boundary.model)
-        model.images.group[:] = -1  # it was let come to rest by others
+        model.images.group[:] = -1  # others were set while it came to rest
         if self.bent:
             model.bend_along(model.reference[1 if self.bent == "warp" else 0])
         rates = {} if self.pressed else self.path.rates(self.progress)
@@ -77,10 +68,6 @@ class CellTest:
             boundary.add_tool(plane((0.0, 0.0, float((z + radius).max()) + GAP), (0.0, 0.0, -1.0)))
             speed = Table(self.progress.time, tuple(-self.path.end * v for v in self.progress.value))
             boundary.move_tool(1, "z", speed)
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along the cell."""
-        return float(np.linalg.norm(self.model.reference, axis=1).max()) / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Share of the path, its coordinate, the force conjugate to that over the area, nominal mean stresses."""
@@ -105,61 +92,37 @@ class CellTest:
         return min(self.progress.integral(time), 1.0)
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Over when the plates press hard enough, a yarn is torn, or the run has come to its own end."""
+        """End at the largest pressure, when a yarn is torn, or at the end of the run on its path."""
         return self.torn or self.arrived or (self.pressed and force >= self.most)
 
 
-#: share of the strain at fracture that a path is said to go to
+#: share of the strain at fracture to which a path is recommended
 BELOW = 0.9
 NONE = Crossings(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-class Recorder(Observer):
-    """Records a row of the model in ``mount`` at every sample, and tells ``observer`` all that it hears."""
+class Recorder:
+    """Record a row of the model in ``mount`` at every sample, and pass all else to ``observer``."""
 
     def __init__(self, run: CellRun, mount: CellTest, observer: Observer) -> None:
         self.run, self.mount, self.model, self.observer = run, mount, mount.model, observer
-        fabric = run.fabric
-        fracture = dict.fromkeys(("warp", "weft"), fabric.reinforcing.fracture_strain_fraction)
-        self.fracture = fracture | {"knit": fabric.knitting.fracture_strain_fraction}
+        inlay, loop = (yarn.fracture_strain_fraction for yarn in (run.fabric.reinforcing, run.fabric.knitting))
+        self.fracture = {"warp": inlay, "weft": inlay, "knit": loop}
         self.reached = 0.0
 
-    def phase(self, text: str) -> None:
-        """See :class:`Observer`."""
-        self.observer.phase(text)
-
-    def overlaps(self, found: Overlaps) -> None:
-        """See :class:`Observer`."""
-        self.observer.overlaps(found)
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.observer, name)
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Keep a row, and see whether the run ends here; where yarns would be torn end the path, or raise
-        :class:`InputError` as the run says.
-        """
+        """Keep a row, see whether the run ends here; where a yarn is torn end, or raise :class:`InputError`."""
         self.model.record.append(row_of(self.model))
         self.mount.arrived = self.mount.share(time_ms) >= self.mount.ends_at
         if self.run.rig.path in STRETCHING:
-            self._look_for_torn(fraction)
+            self._check_torn(fraction)
         self.reached = fraction
         self.observer.progress(fraction, time_ms, step_us, kinetic_ratio)
 
-    def settling(self, fraction: float) -> None:
-        """See :class:`Observer`."""
-        self.observer.settling(fraction)
-
-    def resume_from(self) -> Snapshot | None:
-        """See :class:`Observer`."""
-        return self.observer.resume_from()
-
-    def visit(self, take: Callable[[], Snapshot]) -> None:
-        """See :class:`Observer`."""
-        self.observer.visit(take)
-
-    def failed(self, take: Callable[[], Snapshot]) -> None:
-        """See :class:`Observer`."""
-        self.observer.failed(take)
-
-    def _look_for_torn(self, fraction: float) -> None:
+    def _check_torn(self, fraction: float) -> None:
         strain, names = self.model.fields()["axial_strain"], self.model.mesh.part_names
         for k, name in enumerate(names):
             of = self.model.mesh.part == k
@@ -173,13 +136,14 @@ class Recorder(Observer):
 
 
 def torn(run: CellRun, system: str, fracture: float, share: float) -> str:
-    """Say that the path tears ``system``, and what would do: ``share`` of it."""
+    """Say that the path tears the yarns of ``system``, and which ``share`` of it does not."""
     rig = run.rig
+    remedy = f"use --set rig.max_strain={rounded_down(share * rig.max_strain):g}"
     if rig.path == "steps":
-        remedy = f"end the steps at {100.0 * share:.0f} % of their way"
-    else:
-        remedy = f"rig.max_strain={rounded_down(share * rig.max_strain):g} would do"
-    return f"rig.path = {rig.path}: it tears the {system} yarns, which break at {100.0 * fracture:.2f} %; {remedy}"
+        remedy = f"end the steps at {100.0 * share:.0f} % of the path"
+    return (
+        f"rig.path = {rig.path} tears the {system} yarns, whose fracture strain is {100.0 * fracture:.2f} %; {remedy}"
+    )
 
 
 def row_of(model: PeriodicModel) -> dict[str, float]:
@@ -198,17 +162,9 @@ def row_of(model: PeriodicModel) -> dict[str, float]:
     return row | {"thickness_mm": high - low}
 
 
-def split(record: list[dict[str, float]]) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Columns of the energies, and of the contacts, in ``record``."""
-    columns = {name: np.array([row[name] for row in record]) for name in record[0]}
-    energies = {name: values for name, values in columns.items() if name.endswith("_mj")}
-    return energies, {name: values for name, values in columns.items() if name not in energies}
-
-
-class Cell(Test[CellRun]):
+class Cell(FabricTest[CellRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
-    ends_at_failure = False
     lowers_speed = True
 
     def refuse(self, run: CellRun) -> None:
@@ -221,36 +177,42 @@ class Cell(Test[CellRun]):
             most = (1.0 + yarn.crimp_fraction.of(system)) * (1.0 + yarn.fracture_strain_fraction) - 1.0
             if rig.max_strain_fraction * share > most:
                 raise InputError(
-                    f"rig.max_strain = {rig.max_strain:g} %: it tears the {system} yarns, which break at "
-                    f"{100.0 * most:.2f} % when they are straight; rig.max_strain="
-                    f"{rounded_down(100.0 * most / share):g} would do"
+                    f"rig.max_strain = {rig.max_strain:g} % tears the {system} yarns, even straight ones, at "
+                    f"{100.0 * most:.2f} %; use --set rig.max_strain={rounded_down(100.0 * most / share):g}"
                 )
 
-    def prepare(self, run: CellRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """The cell, warp along y; all specimens are alike."""
-        self.refuse(run)
-        start, rig = clock.perf_counter(), run.rig
-        observer.phase("laying out the yarns")
-        cell = relaxed_cell(run.fabric)
+    def mount_yarns(self, run: CellRun, specimen: int, observer: Observer) -> Prepared:
+        """Make the cell, warp along y; all specimens are alike."""
+        observer.phase("generating the yarns")
+        cell, rig = relaxed_cell(run.fabric), run.rig
         shrink = path_of(run, lattice_of(cell, rig.wales, rig.courses)).shrink
         model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about, rig.slide)
-        facts = {"area_mm2": model.area}
-        return Prepared(model, CellTest(run, model), clock.perf_counter() - start, {}, facts)
+        return Prepared(model, CellTest(run, model), facts={"area_mm2": model.area})
 
     def solve(self, prepared: Prepared, run: CellRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Follow the path, and put energies by mechanism and crossings beside those of all tests."""
+        """Follow the path, and record energies by mechanism and crossings."""
         mount = prepared.mount
         assert isinstance(mount, CellTest)
-        model, free = mount.model, mount.path.free
-        if free and observer.resume_from() is None:
-            _draw_in(model, free, run)
-        history, cost = simulate(model, mount, run.solver, run.output, Recorder(run, mount, observer))
+        if mount.path.free and observer.resume_from() is None:
+            body = PeriodicBody(mount.model, safety=run.solver.safety, threads=1)
+            body.free(*mount.path.free)
+            rest = body.settle()  # to no mean stress of the free numbers of the lattice
+            if not rest.converged:
+                raise NumericalError(
+                    f"no equilibrium of the cell with free lattice numbers {' and '.join(mount.path.free)}: residual "
+                    f"{rest.residual:.2g} after {rest.steps} steps; use --set rig.across=held"
+                )
+        recorder = cast(Observer, Recorder(run, mount, observer))
+        history, cost = simulate(mount.model, mount, run.solver, run.output, recorder)
         return self.finish(run, prepared, history), cost
 
     def finish(self, run: CellRun, prepared: Prepared, history: History) -> History:
-        """Energies by mechanism and crossings beside those of all tests."""
+        """Add energies by mechanism and crossings."""
         assert isinstance(prepared.mount, CellTest)
-        energies, contacts = split(prepared.mount.model.record[: len(history.energies["time_ms"])])
+        record = prepared.mount.model.record[: len(history.energies["time_ms"])]
+        columns = {name: np.array([row[name] for row in record]) for name in record[0]}
+        energies = {name: values for name, values in columns.items() if name.endswith("_mj")}
+        contacts = {name: values for name, values in columns.items() if name not in energies}
         return replace(history, energies=history.energies | energies, contacts=history.contacts | contacts)
 
     def results(self, run: CellRun, prepared: Prepared, history: History) -> dict[str, float]:
@@ -278,11 +240,7 @@ class Cell(Test[CellRun]):
         return found
 
     def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, from the first degree on.
-
-        A cell that curls by itself gives energy as it is bent flat. The kinetic energy is compared with the largest
-        work so far, whatever its sign.
-        """
+        """Evaluate the standard checks, of bending by the largest work so far whatever its sign, and locking."""
         if run.rig.path == "bending":
             energies = history.energies
             work = np.maximum.accumulate(np.abs(energies["external_mj"]))
@@ -293,37 +251,18 @@ class Cell(Test[CellRun]):
 
 
 def judged_span(run: CellRun, history: History) -> Span:
-    """The whole path but for its beginning; of bending, whose work goes with the square, from 5 % of the work."""
+    """Return the span of the path without its beginning; of bending all of it."""
     if run.rig.path == "bending":
         return Span()
-    first = history.curve["path_pct"] >= 100.0 * run.rig.judged_from_fraction
-    times = history.curve["time_ms"]
-    return Span(reported_from=float(times[np.argmax(first)]) if first.any() else np.inf)
+    return Span.from_value(history, "path_pct", 100.0 * run.rig.judged_from_fraction)
 
 
 def secant(x: Array, y: Array) -> float:
-    """Slope of the line through the first row that is nearest to the second half of a curve (least squares); the moment
-    of a flat cell, which is the curl of the free fabric, does not change it.
-    """
+    """Slope of the line through the first row with least squares over the second half: free of the moment at rest."""
     end = x >= 0.5 * x[-1]
     return float(x[end] @ (y[end] - y[0])) / float(x[end] @ x[end])
 
 
 def curl(curvature: Array, moment: Array) -> float:
-    """Curvature [1/mm] at which a line through the first and the last row has no ``moment``: that of free fabric."""
+    """Curvature [1/mm] without ``moment``, on a line through the first and the last row: that of free fabric."""
     return Curl(float(moment[0]), float(moment[-1] - moment[0]) / float(curvature[-1])).curvature
-
-
-def _draw_in(model: PeriodicModel, free: tuple[str, ...], run: CellRun) -> None:
-    """Let the ``free`` numbers of the lattice go to where they carry no mean stress, before the path begins.
-
-    Raises :class:`NumericalError` where they come to no rest.
-    """
-    body = PeriodicBody(model, safety=run.solver.safety, threads=1)
-    body.free(*free)
-    found = body.settle()
-    if not found.converged:
-        raise NumericalError(
-            f"the cell comes to no rest with {' and '.join(free)} of its lattice free: residual {found.residual:.2g} "
-            f"after {found.steps} steps; rig.across=held does without"
-        )

@@ -1,4 +1,4 @@
-"""Config of the compaction test: fields, presets and the size that is shown."""
+"""Config of the compaction test: fields and presets."""
 
 from typing import Any, ClassVar, Literal
 
@@ -44,8 +44,3 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
     solver = {"speed": 0.04, "damping": 0.3, "safety": 0.7, "ramp": 2.0}
     return {"model": model, "rig": {"side": SIDE[preset]}, "solver": solver}
-
-
-def stated(run: CompactionRun) -> tuple[str, ...]:
-    """Size of the plates and the pressure that ends the test, in words."""
-    return f"plates of {run.rig.side:g} mm", f"pressed with {run.rig.max_pressure:g} kPa"

@@ -1,6 +1,7 @@
 """Record of the compaction test."""
 
 from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.laboratory.records import labels_at
 
 KIND = TestKind(
     name="compaction",
@@ -15,18 +16,15 @@ KIND = TestKind(
     run="knittest.laboratory.compaction.config:CompactionRun",
     test="knittest.laboratory.compaction.test:Compaction",
     report="knittest.laboratory.compaction.report:CompactionReport",
-    size="knittest.laboratory.compaction.config:stated",
+    size=("plates of {rig.side:g} mm", "pressed with {rig.max_pressure:g} kPa"),
     labels={
-        "thickness_mm_at_kpa.1": ("thickness at 1 kPa [mm]", "{:.3f}"),
-        "thickness_mm_at_kpa.10": ("thickness at 10 kPa [mm]", "{:.3f}"),
-        "thickness_mm_at_kpa.100": ("thickness at 100 kPa [mm]", "{:.3f}"),
-        "thickness_mm_at_kpa.1000": ("thickness at 1000 kPa [mm]", "{:.3f}"),
+        **labels_at("thickness_mm_at_kpa", "thickness at {} kPa [mm]", "{:.3f}", (1, 10, 100, 1000)),
         "compaction_work_j_per_m2": ("work of compaction [J/m2]", "{:.1f}"),
         "compaction_exponent": ("exponent of compaction, van Wyk 3 [-]", "{:.2f}"),
         "law_scatter_pct": ("scatter of the pressure about the fit [%]", "{:.0f}"),
         "largest_pressure_kpa": ("largest pressure [kPa]", "{:.4g}"),
         "plate_difference_pct": ("largest difference of the plates' forces [%]", "{:.2f}"),
-        "plate_sunk_pct": ("plates sunk in, of their way [%]", "{:.2f}"),
+        "plate_sunk_pct": ("penetration of the plates over their travel [%]", "{:.2f}"),
     },
     diagnostic=("law_scatter_pct", "largest_pressure_kpa", "plate_difference_pct", "plate_sunk_pct"),
     published=tuple(f"thickness_mm_at_kpa.{p}" for p in (1, 10, 100, 1000)),

@@ -29,12 +29,12 @@ class Pressed(Origin):
     thickness: Array
 
     def at(self, pressure: Array) -> Array:
-        """Thickness [mm] at each ``pressure`` [kPa], as of a run."""
+        """Thickness [mm] at each ``pressure`` [kPa], evaluated as of a run."""
         return np.array([thickness_at(self.thickness, self.pressure, float(p)) for p in pressure])
 
 
 def _pressed(r: Recording) -> Pressed:
-    """A force becomes a pressure by the plate."""
+    """Read a pressure, or convert a force to one by the plate."""
     origin = r.read()
     pressure, thickness = r.values.get("pressure"), r.values["thickness"]
     if pressure is None:
@@ -46,31 +46,30 @@ def _pressed(r: Recording) -> Pressed:
     count, (low, high), (thin, thick) = np.count_nonzero(pressure > 0.0), REACHED, THICKNESSES
     if count < 3 or not low <= pressure[-1] <= high:
         raise InputError(
-            f"{r.where}: {count} rows up to {pressure[-1]:.4g} kPa: expected at least 3, up to {low:g} to {high:g} "
+            f"{r.where}: {count} rows up to {pressure[-1]:.4g} kPa; expected 3 or more, up to {low:g} to {high:g} "
             "kPa: check the unit of the pressure"
         )
     if not thin <= thickness.min() <= thickness.max() <= thick:
         raise InputError(
-            f"{r.where}: thickness from {thickness.min():.4g} to {thickness.max():.4g} mm: expected {thin:g} to "
-            f"{thick:g} mm: check the unit of the thickness"
+            f"{r.where}: thickness {thickness.min():.4g} to {thickness.max():.4g} mm; expected {thin:g} to {thick:g} "
+            "mm: check the unit of the thickness"
         )
     if thickness[-1] >= thickness[0]:
         raise InputError(
-            f"{r.where}: {thickness[0]:.4g} mm at the start and {thickness[-1]:.4g} mm at {pressure[-1]:.4g} kPa: "
-            "expected the distance of the plates, which falls, and not their way"
+            f"{r.where}: {thickness[0]:.4g} mm at the start and {thickness[-1]:.4g} mm at {pressure[-1]:.4g} kPa; "
+            "expected the distance of the plates, which falls, not their travel"
         )
     return Pressed(**origin, pressure=pressure, thickness=thickness)
 
 
 def _results(pieces: Sequence[Pressed]) -> Results:
-    """Thickness at the pressures of a run that all ``pieces`` were measured at."""
     low = max(float(s.pressure[s.pressure > 0.0][0]) for s in pieces)
     high = min(float(s.pressure[-1]) for s in pieces)
     at = np.array([p for p in PRESSURES if low <= p <= high])
     if not len(at):
         raise InputError(
-            f"{pieces[0].path}: all pieces together were measured from {low:.3g} to {high:.3g} kPa: expected one of "
-            f"{', '.join(f'{p:g}' for p in PRESSURES)} kPa in it"
+            f"{pieces[0].path}: the pieces have only {low:.3g} to {high:.3g} kPa in common; expected one of "
+            f"{', '.join(f'{p:g}' for p in PRESSURES)} kPa in this range"
         )
     values = np.array([s.at(at) for s in pieces]).T
     refuse_apart(pieces, values[0], "thickness", "mm")
@@ -82,7 +81,7 @@ def _results(pieces: Sequence[Pressed]) -> Results:
         found, dict.fromkeys(found, "mm"), [], ("piece", f"up to {high:.4g} kPa"),
         digests(pieces, [(s.thickness, s.pressure) for s in pieces]),
         [(f"{p:g} kPa [mm]", ".4g", row) for p, row in zip(at, values, strict=True)],
-        ["first loading alone; the way of the empty plates must have been subtracted"],
+        ["first loading only; the travel of the empty plates must have been subtracted"],
         Curves(
             [(s.pressure, s.thickness) for s in pieces], Corridor(pressure, curves.mean(axis=0), sd, len(pieces)),
             ("pressure_kpa", "thickness_mm", "thickness_sd_mm"),
@@ -92,7 +91,6 @@ def _results(pieces: Sequence[Pressed]) -> Results:
 
 
 def _rig(test: dict[str, Any]) -> dict[str, float]:
-    """The largest pressure at which there is a thickness."""
     pressures = [float(name.rpartition(".")[2]) for name in test if name.startswith("thickness_mm_at")]
     return {"max_pressure": max(*pressures, 10.0)}
 

@@ -1,55 +1,41 @@
 """Compaction test: two smooth plates close on a square of yarns until a pressure is reached."""
 
-import time as clock
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.history import History, Quality
+from knittest.base.history import Array, History, Quality
 from knittest.laboratory.after_rest import after_rest
-from knittest.laboratory.base import Prepared, Test
+from knittest.laboratory.base import Prepared
 from knittest.laboratory.compaction.config import CompactionRun
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, thickness_at, work
-from knittest.laboratory.judging import Span, assess
-from knittest.laboratory.strips import cut, on_needles
+from knittest.laboratory.fabric_test import FabricTest, TestRig
+from knittest.laboratory.judging import Span, check_limit
+from knittest.laboratory.strips import centred, creeping, cut, on_needles
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary, Readings
 from knittest.models.meso import build_meso
-from knittest.models.tool import Table, plate, ramp
-from knittest.solve.simulate import simulate
-from knittest.solve.state import SILENT, Observer, SimulationCost
+from knittest.models.tool import Table, plate
+from knittest.solve.state import Observer, SimulationCost
 
-Array = NDArray[np.float64]
-
-# Compaction: two smooth plates close on a square of yarns, each at half the speed, until a pressure is reached.
-#
-# Both plates move, so that the fabric's middle stands still: its drag and its inertia press on both alike. The plates
-# are smaller than the piece, as a presser foot is: loops at cut edges stick out and would carry the first pressure. The
-# yarns' cut ends, and the loops' arcs beyond the edge, stay where they are in the plane.
+# Two smooth plates close on a square of yarns, each at half the speed, until a pressure is reached. The fabric's middle
+# stands still: its drag and inertia press on both plates alike. The plates are smaller than the piece, as a presser
+# foot is, because loops at cut edges would carry the first pressure. The yarns' cut ends and the loops' arcs beyond the
+# edge keep their place in the plane.
 
 #: thickness of the plates, and radius of their edges, outside their nominal size [mm]
 THICKNESS, EDGE = 10.0, 1.0
-#: distance between fabric and plates in which it comes to rest, and way of the plates on which they creep, at a share
-#: of the speed, until they press [mm]
+#: distance between fabric and plates at first, and travel of the plates at a share of the speed until they press [mm]
 GAP, CREEP, CREEP_SHARE = 0.1, 0.3, 0.1
-#: time in which the fabric comes to rest before the plates move [ms]
-REST = 12.0
-#: share of the thickness at the start by which the plates close at most
-MOST = 0.5
-#: stiffness of the plates against a node over m / dt^2 by which a node at the edge of stability would just be stable,
-#: and largest factor on what tools have usually: 1 MPa shall not press the yarns into the plates
+#: time of rest before the plates move [ms], and share of the thickness by which they close at most
+REST, MOST = 12.0, 0.5
+#: stiffness of the plates against a node over m / dt^2 at the edge of stability, and largest factor on the usual one:
+#: 1 MPa must not press the yarns into the plates
 ROOM, STIFFEST = 3.6, 4.0
 
 
-class CompactionTest:
-    """Plates of ``size`` (2,) [mm] at heights ``faces`` (lower, upper) [mm] on the middle of a piece.
-
-    ``radius`` [mm] is at which its nodes touch; those of the ``rim`` stay where they are in the plane.
-    """
+class CompactionTest(TestRig):
+    """Plates of ``size`` (2,) at heights ``faces`` [mm]; contact ``radius`` [mm] of nodes; ``rim`` keeps its place."""
 
     coordinate, force = "compaction_mm", "plate_force_n"
-    marks: tuple[float, ...] = ()
-    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(
         self, run: CompactionRun, faces: tuple[float, float], size: Array, radius: Array, rim: NDArray[np.int64]
@@ -58,9 +44,12 @@ class CompactionTest:
         self.faces, self.area, self.radius = (faces[0] - GAP, faces[1] + GAP), area, radius
         self.stiffness = plate_stiffness(run.solver.safety)
         self.start = self.faces[1] - self.faces[0]
+        self.ring_length = self.start
         self.most = run.rig.max_pressure_mpa * area
-        speed = run.solver.speed_mm_per_ms
-        self.closing = _closing(speed, run.solver.ramp_ms)
+        speed, rise = run.solver.speed_mm_per_ms, run.solver.ramp_ms
+        # a ramp takes 1e-9 ms at least
+        full = REST + (max(rise, 1e-9) + max(CREEP / (CREEP_SHARE * speed) - rise, 0.0))
+        self.closing = creeping(speed, CREEP_SHARE, rise, REST, full)
         end = self.closing.time[-1]
         self.duration = end + (MOST * self.start - self.closing.integral(end)) / speed
 
@@ -69,20 +58,15 @@ class CompactionTest:
         position = boundary.model.position()
         boundary.radius[:] = self.radius
         boundary.move(self.rim, ("x", "y"))
-        speeds = self.closing.value
-        for centre, side in zip(plate_centres(position, self.faces), (-1.0, 1.0), strict=True):
-            tool = plate(centre, plate_lengths(self.size), EDGE)
+        centres, lengths = plates(position, self.faces, self.size)
+        for centre, side in zip(centres, (-1.0, 1.0), strict=True):
+            tool = plate(centre, lengths, EDGE)
             tool.stiffness = self.stiffness
-            boundary.move_tool(
-                boundary.add_tool(tool), "z", Table(self.closing.time, tuple(-0.5 * side * v for v in speeds))
-            )
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs through the thickness."""
-        return self.start / wave_speed
+            speed = Table(self.closing.time, tuple(-0.5 * side * v for v in self.closing.value))
+            boundary.move_tool(boundary.add_tool(tool), "z", speed)
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        """Way of the plates, thickness between them, force (mean of both), and pressure on the square."""
+        """Travel of the plates, thickness between them, force (mean of both), and pressure on the square."""
         closed = self.closing.integral(time)
         lower, upper = readings.tool_force
         force = 0.5 * float(upper[2] - lower[2])
@@ -96,48 +80,31 @@ class CompactionTest:
         }
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Over at the pressure."""
+        """End at the pressure."""
         return force >= self.most
 
 
-def plate_lengths(size: Array) -> Array:
-    """Lengths (3,) [mm] of a plate with its rounded edges, of a nominal ``size`` (2,) [mm]."""
-    return np.append(size + 2.0 * EDGE, THICKNESS)
-
-
-def plate_centres(position: Array, faces: tuple[float, float]) -> Array:
-    """Centres (2, 3) [mm] of the plates with their ``faces`` (lower, upper) [mm] on the middle of a piece with nodes at
-    ``position`` (n, 3).
-    """
+def plates(position: Array, faces: tuple[float, float], size: Array) -> tuple[Array, Array]:
+    """Centres (2, 3) and lengths (3,) [mm] of plates of ``size`` with ``faces`` on the middle of nodes (n, 3)."""
     centres = np.tile(0.5 * (position.min(axis=0) + position.max(axis=0)), (2, 1))
     centres[:, 2] = [faces[0] - 0.5 * THICKNESS, faces[1] + 0.5 * THICKNESS]
-    return centres
+    return centres, np.append(size + 2.0 * EDGE, THICKNESS)
 
 
-def _closing(speed: float, ramp_time: float) -> Table:
-    """Velocity [mm/ms] at which the plates close: at rest, creeping, at full speed, each after a smooth
-    ramp.
-    """
-    slow, faster = ramp(ramp_time, CREEP_SHARE * speed), ramp(ramp_time, (1.0 - CREEP_SHARE) * speed)
-    creeping = slow.time[-1] + max(CREEP / (CREEP_SHARE * speed) - ramp_time, 0.0)
-    time = (0.0, *(REST + t for t in slow.time), *(REST + creeping + t for t in faster.time))
-    return Table(time, (0.0, *slow.value, *(slow.value[-1] + v for v in faster.value)))
+def whole_pitches(run: CompactionRun) -> tuple[Array, Array]:
+    """Whole pitches and size [mm] of the square between the plates, (2,) each: along the weft and along the warp."""
+    pitches = np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
+    pressed = np.maximum(np.round(run.rig.side_mm / pitches), 2.0)
+    return pressed, pressed * pitches
 
 
 def plate_stiffness(safety: float) -> float:
-    """Factor on the usual stiffness of a tool: what the time step at ``safety`` leaves room for.
-
-    A node feels at most 4 safety^2 m / dt^2 of yarns and may feel 4 in all.
-    """
+    """Factor on the usual stiffness of a tool at ``safety``: yarns take 4 safety^2 m / dt^2 of the 4 of a node."""
     return min(max((ROOM - 4.0 * safety**2) / TOOL_STIFFNESS, 1.0), STIFFEST)
 
 
 def touching_radius(position: Array, joined: NDArray[np.int64], radius: Array) -> Array:
-    """Distance [mm] at which each node of ``position`` (n, 3) touches a plate: its yarn's ``radius`` (n,), less what
-    the node lies off the centre line, which passes at (P[i-1] + 6 P[i] + P[i+1]) / 8 beside it.
-
-    ``joined`` (n_el, 2) are the nodes of the beams. Ends of yarns lie on their centre line.
-    """
+    """Distance [mm] at which nodes (n, 3) touch a plate: ``radius`` (n,) less their offset from the centre line."""
     z = position[:, 2]
     step, both = np.zeros(len(z)), np.zeros(len(z))
     for here, there in (joined.T, joined.T[::-1]):
@@ -149,56 +116,44 @@ def touching_radius(position: Array, joined: NDArray[np.int64], radius: Array) -
 
 #: pitches of the piece around the plates
 AROUND = 1
-#: largest difference of the forces on both plates over their mean, where the thickness is read
-UNEVEN_TOLERANCE = 5.0
-#: largest share [%] of the way of the plates that they sink into the yarns
-SUNK_TOLERANCE = 5.0
+#: largest difference of the plates' forces over their mean, and largest penetration over their travel [%]
+UNEVEN_TOLERANCE, SUNK_TOLERANCE = 5.0, 5.0
 
 
-class Compaction(Test[CompactionRun]):
+class Compaction(FabricTest[CompactionRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
-    ends_at_failure = False
-
-    def prepare(self, run: CompactionRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """The piece between its plates, which begin a little off its faces."""
-        start = clock.perf_counter()
-        pitches = _pitches(run)
-        pressed = _pressed(run)
-        whole = (pressed + 2.0 * AROUND) * pitches
+    def mount_yarns(self, run: CompactionRun, specimen: int, observer: Observer) -> Prepared:
+        """Make the piece of whole pitches, with the plates a little off its faces."""
+        pressed, size = whole_pitches(run)
+        whole = (pressed + 2.0 * AROUND) * np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
         n_wales, n_courses = (int(n) + 2 * AROUND for n in pressed)
         piece = cut(run, n_wales, n_courses, specimen, observer)
-        paths = [replace(path, points=path.points - 0.5 * np.append(whole, 0.0)) for path in piece.paths]
-        model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
-        position, size = model.position(), pressed * pitches
+        model = build_meso(run, centred(piece.paths, whole), piece.draws, run.rig.membrane_share)
+        position = model.position()
         radius = touching_radius(position, model.mesh.cells, model.group.radius)
         under = (np.abs(position[:, :2]) <= 0.5 * size).all(axis=1)
         z = position[:, 2]
         faces = float((z - radius)[under].min()), float((z + radius)[under].max())
         rim = on_needles(np.abs(position[:, 1]) - 0.5 * float(whole[1]), model.group.chain)
         mount = CompactionTest(run, faces, size, radius, rim)
-        facts = {"area_mm2": float(np.prod(size)), "thickness_at_start_mm": faces[1] - faces[0]}
-        facts |= {"lower_plate_mm": mount.faces[0], "upper_plate_mm": mount.faces[1]}
-        return Prepared(model, mount, clock.perf_counter() - start, piece.table, facts)
-
-    def solve(self, prepared: Prepared, run: CompactionRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Let the square come to rest, then close the plates until the pressure is reached."""
-        history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
-        return self.finish(run, prepared, history), cost
+        facts = {
+            "area_mm2": float(np.prod(size)), "thickness_at_start_mm": faces[1] - faces[0],
+            "lower_plate_mm": mount.faces[0], "upper_plate_mm": mount.faces[1],
+        }  # fmt: skip
+        return Prepared(model, mount, yarns=piece.table, facts=facts)
 
     def finish(self, run: CompactionRun, prepared: Prepared, history: History) -> History:
-        """Leave out what comes before the square is at rest."""
+        """Return the closing alone, after the square has come to rest."""
         return after_rest(history, REST)
 
     def results(self, run: CompactionRun, prepared: Prepared, history: History) -> dict[str, float]:
         """Thickness at the pressures up to the largest, work, and the fitted law."""
         curve = history.curve
         t, p = curve["thickness_mm"], curve["pressure_kpa"]
-        found = {
-            f"thickness_mm_at_kpa.{at:g}": thickness_at(t, p, at) for at in PRESSURES if at <= run.rig.max_pressure
-        }
-        law = fit(t, p)
-        return found | {
+        law, reached = fit(t, p), [at for at in PRESSURES if at <= run.rig.max_pressure]
+        return {
+            **{f"thickness_mm_at_kpa.{at:g}": thickness_at(t, p, at) for at in reached},
             "compaction_work_j_per_m2": work(t, p),
             "compaction_exponent": law.exponent if law is not None and law.follows else float("nan"),
             "law_scatter_pct": float("nan") if law is None else 100.0 * law.scatter,
@@ -208,38 +163,32 @@ class Compaction(Test[CompactionRun]):
         }
 
     def assess(self, run: CompactionRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, plates that press alike and hardly sink in, and the pressure, which is reached."""
-        quality = assess(run, prepared, history, cost, self.span(history))
+        """Evaluate the standard checks, those of the plates, and whether the pressure is reached."""
+        quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
-        if found["plate_difference_pct"] > UNEVEN_TOLERANCE:
-            quality = quality.refusing(
-                f"the plates press unlike by {found['plate_difference_pct']:.1f} % at {min(PRESSURES):g} kPa or more: "
-                f"expected at most {UNEVEN_TOLERANCE:g} %; a lower solver.speed makes them alike"
-            )
-        if found["plate_sunk_pct"] > SUNK_TOLERANCE:
-            quality = quality.refusing(f"the plates sink in by {found['plate_sunk_pct']:.1f} % of their way")
+        apart, depth = found["plate_difference_pct"], found["plate_sunk_pct"]
+        text = f"the forces of the plates differ by {apart:.1f} % from {min(PRESSURES):g} kPa on"
+        quality = check_limit(quality, apart, UNEVEN_TOLERANCE, text, ": lower solver.speed")
+        quality = check_limit(quality, depth, SUNK_TOLERANCE, f"plate penetration is {depth:.1f} % of the travel")
         if found["largest_pressure_kpa"] < run.rig.max_pressure:
             quality = quality.refusing(
-                f"the plates closed by half the thickness at {found['largest_pressure_kpa']:.3g} kPa: "
-                f"rig.max_pressure = {run.rig.max_pressure:g} kPa was not reached"
+                f"the plates closed by half the thickness at {found['largest_pressure_kpa']:.3g} kPa, before "
+                f"rig.max_pressure = {run.rig.max_pressure:g} kPa: lower rig.max_pressure"
             )
         if not np.isfinite(found["compaction_exponent"]):
             quality = quality.warning(
-                f"the pressure scatters by {found['law_scatter_pct']:.0f} % about p ~ 1/t^n - 1/t0^n: no exponent"
+                f"no exponent of compaction: the pressure scatters by {found['law_scatter_pct']:.0f} % about "
+                "p ~ 1/t^n - 1/t0^n"
             )
         return quality
 
     def span(self, history: History) -> Span:
-        """The whole way, from the first thickness that is read."""
-        pressed = history.curve["pressure_kpa"] >= min(PRESSURES)
-        times = history.curve["time_ms"]
-        return Span(reported_from=float(times[np.argmax(pressed)]) if pressed.any() else np.inf)
+        """Return the span from the first pressure of a result on."""
+        return Span.from_value(history, "pressure_kpa", min(PRESSURES))
 
 
 def uneven(history: History, least: float) -> float:
-    """Largest difference of the plates' forces over their mean [%] from the pressure ``least`` [kPa] on, as means over
-    a fifth of a decade.
-    """
+    """Largest difference of the plates' forces over their mean [%] from ``least`` [kPa] on, by 0.2 decades."""
     curve = history.curve
     pressed = curve["pressure_kpa"] >= least
     if not pressed.any():
@@ -251,20 +200,6 @@ def uneven(history: History, least: float) -> float:
 
 
 def sunk(history: History) -> float:
-    """Share [%] of the way of the plates that the deepest node has sunk into both of them."""
+    """Deepest penetration of both plates over their travel [%]."""
     deepest = 1e-3 * float(history.contacts["tool_penetration_max_um"].max())
     return 200.0 * deepest / max(float(history.curve["compaction_mm"][-1]), 1e-9)
-
-
-def pressed_size(run: CompactionRun) -> np.ndarray:
-    """Size (2,) [mm] of the square between the plates, in whole pitches."""
-    return np.asarray(_pressed(run) * _pitches(run))
-
-
-def _pressed(run: CompactionRun) -> np.ndarray:
-    """Whole pitches (2,) along both sides of the square."""
-    return np.asarray(np.maximum(np.round(run.rig.side_mm / _pitches(run)), 2.0))
-
-
-def _pitches(run: CompactionRun) -> np.ndarray:
-    return np.array([run.fabric.wale_spacing, run.fabric.course_spacing])

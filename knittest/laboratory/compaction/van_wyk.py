@@ -7,9 +7,8 @@ p = k (1 / t^n - 1 / t0^n) with n = 3, t0 the thickness without pressure.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from knittest.base.history import Array
 
 #: pressures at which the thickness is read [kPa]: with less the curl of a piece is flattened, and nothing compacted
 PRESSURES = (1.0, 10.0, 100.0, 1000.0)
@@ -30,26 +29,23 @@ class VanWyk:
 
     @property
     def follows(self) -> bool:
-        """Tell whether the curve follows the law, with an exponent that no bound has set."""
+        """Tell whether the curve follows the law, with an exponent inside its bounds."""
         return self.scatter <= FOLLOWS and EXPONENTS[0] * 1.01 < self.exponent < EXPONENTS[1] * 0.99
 
     def pressure(self, thickness: Array) -> Array:
         """Pressure [kPa] at ``thickness`` [mm], (n,)."""
-        found: Array = self.factor * (thickness**-self.exponent - self.thickness**-self.exponent)
-        return found
+        return np.asarray(self.factor * (thickness**-self.exponent - self.thickness**-self.exponent))
 
 
 def loading(thickness: Array, pressure: Array) -> tuple[Array, Array]:
-    """Thickness [mm] and pressure [kPa] where the pressure is larger than ever before, (n,): so it grows throughout."""
+    """Thickness [mm] and pressure [kPa] of the rows with a larger pressure than before, (n,)."""
     before = np.concatenate([[0.0], np.maximum.accumulate(pressure)[:-1]])
     grown = pressure > np.maximum(before, 0.0)
     return thickness[grown], pressure[grown]
 
 
 def thickness_at(thickness: Array, pressure: Array, at: float) -> float:
-    """Thickness [mm] at the pressure ``at`` [kPa], on lines over its logarithm; nan where the pressure was not reached,
-    or was above it from the start.
-    """
+    """Thickness [mm] at the pressure ``at`` [kPa], interpolated over its logarithm; nan outside the first loading."""
     t, p = loading(thickness, pressure)
     if len(p) < 2 or not p[0] <= at <= p[-1]:
         return float("nan")
@@ -63,9 +59,7 @@ def work(thickness: Array, pressure: Array) -> float:
 
 
 def fit(thickness: Array, pressure: Array) -> VanWyk | None:
-    """Law through places that lie evenly over the logarithm of the pressure, by least squares of ln p; None of a curve
-    that spans less than a decade.
-    """
+    """Law by least squares of ln p at places even over the logarithm of the pressure; None below a decade."""
     from scipy.optimize import least_squares
 
     t, p = loading(thickness, pressure)
@@ -81,8 +75,7 @@ def fit(thickness: Array, pressure: Array) -> VanWyk | None:
         """Difference of ln p, for n, ln(t0 - t_max) and ln k."""
         n, start = x[0], thickest + np.exp(x[1])
         ratio = n * np.log(start / places)
-        found: Array = x[2] - n * np.log(start) + np.log(np.expm1(ratio)) - ln_p
-        return found
+        return np.asarray(x[2] - n * np.log(start) + np.log(np.expm1(ratio)) - ln_p)
 
     least, most = (np.log(share * thickest) for share in (1e-6, 1.0))
     bounds = (EXPONENTS[0], least, -np.inf), (EXPONENTS[1], most, np.inf)

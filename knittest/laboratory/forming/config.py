@@ -1,5 +1,6 @@
 """Config of the forming test: fields, presets, the size that is shown, and the origin of its results."""
 
+from collections.abc import Sequence
 from typing import ClassVar, Literal, Self, get_args
 
 from pydantic import Field, model_validator
@@ -7,7 +8,7 @@ from pydantic import Field, model_validator
 from knittest.base.kinds import Stated
 from knittest.config.base import Kernel, number
 from knittest.config.doubtful import is_derived, with_in_plane_bending, without_in_plane_bending
-from knittest.config.fabric import Direction, Fabric
+from knittest.config.fabric import Direction
 from knittest.config.rigs import Rig, check_friction_order
 from knittest.config.run import Run
 from knittest.config.tools import Die, Holder, Stamp, check_blank, check_fit
@@ -53,12 +54,8 @@ class FormingRig(Rig):
     )
 
     @model_validator(mode="after")
-    def _sticks_more_than_it_slips(self) -> Self:
-        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
-        return self
-
-    @model_validator(mode="after")
     def _tools_fit(self) -> Self:
+        check_friction_order(self.static_coefficient, self.kinetic_coefficient)
         check_blank(self.stamp, self.blank_width, self.blank_length)
         check_fit(self.stamp, self.die, self.holder if self.blank_holder_force > 0.0 else None, self.depth_mm)
         return self
@@ -70,7 +67,7 @@ class FormingRun(Run):
     rig: FormingRig = Field(default_factory=FormingRig)
 
     def with_derived_numbers(self) -> Self:
-        """The run with the bending of its inlays in the plane of the shells, or without if ``rig`` turns it off."""
+        """Return the run with in-plane bending of its inlays, or without if ``rig`` turns it off."""
         if self.model.scale != "macro":
             return self
         settle = with_in_plane_bending if self.rig.in_plane_bending else without_in_plane_bending
@@ -81,58 +78,44 @@ class FormingRun(Run):
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
 
-#: blank, stroke and stamp of the yarns' forming test where they are not those of the rig, scaled down: a tenth and a
-#: half of the beams; gaps and floor stay, because the fabric is as thick
+#: lengths of the T-shaped stamp
+T = (
+    "bar_length", "bar_width", "stem_length", "stem_width", "edge_radius", "outer_corner_radius", "inner_corner_radius",
+)  # fmt: skip
+
+
+def _smaller(blank: float, depth: float, t: Sequence[float], radius: float, **tools: object) -> dict[str, object]:
+    """Sizes [mm] of a square ``blank``, its stroke, the stamps ``t`` and of ``radius``, and other ``tools``."""
+    stamp = {"t": dict(zip(T, t, strict=True)), "hemisphere": {"radius": radius}}
+    return {"blank_length": blank, "blank_width": blank, "depth": depth, "stamp": stamp, **tools}
+
+
+#: smaller blank, stroke and stamp of a meso run: a tenth and a half of the beams. Gaps and floor remain: the fabric is
+#: as thick
 SMALLER: dict[str, dict[str, object]] = {
-    "quick": {
-        "blank_length": 120.0,
-        "blank_width": 120.0,
-        "depth": 15.0,
-        "stamp": {
-            "t": {
-                "bar_length": 56.0, "bar_width": 20.0, "stem_length": 36.0, "stem_width": 20.0, "edge_radius": 4.0,
-                "outer_corner_radius": 5.0, "inner_corner_radius": 12.0,
-            },
-            "hemisphere": {"radius": 20.0},
-        },
-        "die": {"clearance": 6.0, "edge_radius": 4.0},
-        "holder": {"clearance": 6.0},
-    },
-    "standard": {
-        "blank_length": 230.0,
-        "blank_width": 230.0,
-        "depth": 28.0,
-        "stamp": {
-            "t": {
-                "bar_length": 105.0, "bar_width": 35.0, "stem_length": 70.0, "stem_width": 35.0, "edge_radius": 6.0,
-                "outer_corner_radius": 9.0, "inner_corner_radius": 16.0,
-            },
-            "hemisphere": {"radius": 35.0},
-        },
-        "die": {"edge_radius": 6.0},
-    },
+    "quick": _smaller(
+        120.0, 15.0, (56.0, 20.0, 36.0, 20.0, 4.0, 5.0, 12.0), 20.0, die={"clearance": 6.0, "edge_radius": 4.0},
+        holder={"clearance": 6.0},
+    ),
+    "standard": _smaller(230.0, 28.0, (105.0, 35.0, 70.0, 35.0, 6.0, 9.0, 16.0), 35.0, die={"edge_radius": 6.0}),
     "paper": {},
 }  # fmt: skip
 
-#: forming of shells without a holder: a flange that little but its weight keeps down must not be dragged by damping
+#: macro forming without a holder: damping must not lift a flange that only its weight keeps down
 FREE_BLANK: dict[str, float] = {"speed": 0.05, "damping": 0.006}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
-    """Settings of ``preset`` at ``scale``, of shells for a blank that a stated force holds or not.
-
-    Penalties grow with the inverse square of the step: folds of shells and yarns on tools want them stiff.
-    """
+    """Settings of ``preset`` at ``scale``: folds of shells and yarns on tools need stiff penalties, so small steps."""
     model = {
         "meso": {"elements_per_loop": 20, "elements_per_wave": 4},
         "macro": {"element_size": ELEMENT[preset], "self_contact": True},  # its folds touch
     }
-    if scale == "meso":  # less work is done on a small piece: its inertia must be smaller too
+    if scale == "meso":  # less work is done on a small piece, so its inertia must be smaller
         solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.7, "speed": SPEED[preset]}
         return {"model": model, "rig": SMALLER[preset], "solver": solver}
     force = stated("blank_holder_force")
-    held = isinstance(force, int | float) and force > 0.0
-    free = {} if held else FREE_BLANK
+    free = {} if isinstance(force, int | float) and force > 0.0 else FREE_BLANK
     return {"model": model, "solver": {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.9} | free}
 
 
@@ -143,11 +126,6 @@ def stated(run: FormingRun) -> tuple[str, ...]:
     return f"blank {rig.blank_width:g} x {rig.blank_length:g} mm", f"stamp {rig.stamp.kind}, {rig.depth:g} mm", held
 
 
-def sheet(run: FormingRun) -> tuple[float, float]:
-    """Length and width [mm] of the sheet of shells."""
-    return run.rig.blank_length, run.rig.blank_width
-
-
 DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 
@@ -155,15 +133,10 @@ class FormingOrigin(Origin[FormingRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
     def assumed(self, run: FormingRun) -> tuple[str, ...]:
-        """Assumed numbers of the fabric, also behind derived ones, and friction of the tools not measured for it."""
-        return (*super().assumed(run), *_behind_derived(run.fabric), *assumed_friction(run))
-
-
-def _behind_derived(fabric: Fabric) -> tuple[str, ...]:
-    """Derived bending of the inlays in the plane whose EI or density is assumed."""
-    bending, found = fabric.macro.in_plane_bending, []
-    for direction in DIRECTIONS:
-        fields = (f"reinforcing.bending_stiffness.{direction}", f"{direction}_density")
-        if bending is not None and is_derived(bending.of(direction)) and (names := guessed(fabric, fields)):
-            found.append(f"macro.in_plane_bending.{direction} (from {' and '.join(names)})")
-    return tuple(found)
+        """Assumed numbers of the fabric, also those behind derived in-plane bending, and assumed friction of tools."""
+        bending, found = run.fabric.macro.in_plane_bending, []
+        for direction in DIRECTIONS:
+            fields = (f"reinforcing.bending_stiffness.{direction}", f"{direction}_density")
+            if bending is not None and is_derived(bending.of(direction)) and (names := guessed(run.fabric, fields)):
+                found.append(f"macro.in_plane_bending.{direction} (from {' and '.join(names)})")
+        return (*super().assumed(run), *found, *assumed_friction(run))

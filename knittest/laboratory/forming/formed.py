@@ -6,17 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.history import Frame, History, Mesh
+from knittest.base.history import Array, Frame, History, Mesh
 from knittest.config.fabric import Direction
 from knittest.config.run import Run
 from knittest.laboratory.base import tension_curve
 from knittest.materials.yarn_section import sections
 from knittest.tooling.toolset import ToolSet
 
-Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-#: fabric is to follow a tool where this slopes by less [deg]; between the tools it spans freely
+#: slope of a tool [deg] up to which the fabric should follow it; between the tools it spans freely
 FOLLOWS = 30.0
 #: step of the finite difference that gives a tool's slope [mm]
 STEP = 0.01
@@ -24,9 +23,7 @@ STEP = 0.01
 
 @dataclass(frozen=True)
 class Formed:
-    """Points of the mid-surface, (n, 3) [mm]: ``start`` flat and ``now``; ``height`` above the tool that they should
-    follow [mm], (n,), nan between the tools, and whether that is the ``die``, (n,).
-    """
+    """Points of the mid-surface, (n, 3) [mm]; ``height`` (n,) above stamp or die (``on_die``), nan between them."""
 
     start: Array
     now: Array
@@ -35,31 +32,20 @@ class Formed:
 
     @property
     def on_flange(self) -> Array:
-        """Heights above the die [mm] of what should lie on it."""
-        found: Array = self.height[np.isfinite(self.height) & self.on_die]
-        return found
+        """Heights above the die [mm] of the fabric that should lie on it."""
+        return np.asarray(self.height[np.isfinite(self.height) & self.on_die])
 
     @property
     def under_stamp(self) -> Array:
-        """Distances from the stamp of what should follow it [mm]; the die's floor limits them."""
-        found: Array = self.height[np.isfinite(self.height) & ~self.on_die]
-        return found
-
-
-def surface_nodes(mesh: Mesh) -> Index:
-    """Nodes of the mid-surface: all of a sheet; those of the reinforcing yarns, which carry the fabric."""
-    cells = mesh.cells
-    if mesh.kind == "beams":
-        cells = cells[np.isin(mesh.part, [mesh.part_names.index(name) for name in ("warp", "weft")])]
-    return np.unique(cells)
+        """Distances from the stamp [mm] of the fabric that should follow it; the die's floor limits them."""
+        return np.asarray(self.height[np.isfinite(self.height) & ~self.on_die])
 
 
 def formed(history: History, frame: Frame, tools: ToolSet, thickness: float, travel: float) -> Formed:
-    """The mid-surface in ``frame``, the stamp ``travel`` [mm] down from its start on the blank of ``thickness`` [mm].
-
-    A point keeps the distance from the middle of the flat blank that it had at the start, as weft has from warp.
-    """
-    nodes = surface_nodes(history.mesh)
+    """Mid-surface in ``frame``, the stamp ``travel`` [mm] down from its start on the blank of ``thickness`` [mm]."""
+    mesh = history.mesh  # the mid-surface is that of the sheet, or of the reinforcing yarns
+    inlays = np.isin(mesh.part, [k for k, name in enumerate(mesh.part_names) if name != "knit"])
+    nodes = np.unique(mesh.cells[inlays])
     start, now = history.frames[0].position[nodes], frame.position[nodes]
     half, offset, up = 0.5 * thickness, start[:, 2], np.array([0.0, 0.0, STEP])
     steep = np.cos(np.deg2rad(FOLLOWS))
@@ -72,16 +58,13 @@ def formed(history: History, frame: Frame, tools: ToolSet, thickness: float, tra
     return Formed(start, now, np.where(np.isfinite(height), height, np.nan), on_die & ~(on_stamp & (stamp < die)))
 
 
-#: heights are means over this length of the rim [mm]: single yarn ends stand off by themselves
+#: length of the rim [mm] over which heights are averaged: single yarn ends stand off
 WINDOW = 8.0
 
 
 @dataclass(frozen=True)
 class RimWaves:
-    """``height`` (n,) [mm] of the rim over the paraboloid that fits it best; ``count`` of crests whose prominence is
-    above a limit; ``largest`` [mm] height of one of them over the higher of the troughs on either side of it, up to the
-    next of them, or the whole range where none counts.
-    """
+    """``height`` (n,) [mm] of the rim over a paraboloid, ``count`` of crests, ``largest`` over their higher trough."""
 
     height: Array
     largest: float
@@ -89,17 +72,18 @@ class RimWaves:
 
 
 def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
-    """Waves of the rim of a flat blank at ``start`` (n, 2) [mm], in order round it, risen by ``rise`` (n,) [mm].
-
-    Crests count from a prominence of ``least`` [mm].
-    """
+    """Waves, from ``least`` [mm] on, of the rim of a blank at ``start`` (n, 2), in order, risen by ``rise`` (n,)."""
     from scipy.signal import find_peaks
 
     size = np.abs(start).max()
     x, y = start.T / size
     surface = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
     over = rise - surface @ np.linalg.lstsq(surface, rise, rcond=None)[0]
-    height = _mean(start, over)
+    steps = np.linalg.norm(np.diff(start, axis=0, append=start[:1]), axis=1)
+    way, length = np.append(0.0, np.cumsum(steps[:-1])), float(steps.sum())
+    apart = np.abs(way[:, None] - way)
+    near = np.minimum(apart, length - apart) <= 0.5 * WINDOW
+    height = near @ over / near.sum(axis=1)
     # the rim is closed: begin and end in its deepest trough
     low = int(np.argmin(height))
     profile = np.append(np.roll(height, -low), height[low])
@@ -111,66 +95,34 @@ def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
     return RimWaves(height, float(over.max()), len(crests))
 
 
-def _mean(start: Array, value: Array) -> Array:
-    """Mean of ``value`` (n,) over :data:`WINDOW` along the closed rim."""
-    steps = np.linalg.norm(np.diff(start, axis=0, append=start[:1]), axis=1)
-    way, length = np.append(0.0, np.cumsum(steps[:-1])), float(steps.sum())
-    apart = np.abs(way[:, None] - way)
-    near = np.minimum(apart, length - apart) <= 0.5 * WINDOW
-    mean: Array = near @ value / near.sum(axis=1)
-    return mean
-
-
 Table = dict[str, Array]
 
-#: mechanisms with the columns of the energies that they sum up: those after "less" are taken off
-MECHANISMS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "stretching": (("stretching_warp_mj", "stretching_weft_mj", "stretching_fabric_mj"), ()),
-    "bending": (("bending_warp_mj", "bending_weft_mj", "bending_fabric_mj"), ()),
-    "in_plane_bending": (("in_plane_bending_fabric_mj",), ()),
-    "torsion": (("torsion_warp_mj", "torsion_weft_mj"), ()),
-    "loop_stretching": (("stretching_knit_mj",), ()),
-    "loop_bending": (("bending_knit_mj",), ()),
-    "loop_torsion": (("torsion_knit_mj",), ()),
-    "shear": (("shear_fabric_mj",), ()),
-    "fabric_contact": (("contact_mj",), ("contact_tools_mj", "contact_recovery_mj")),
-    "fabric_friction": (("friction_mj",), ("friction_tools_mj",)),
-    "tool_contact": (("contact_tools_mj",), ()),
-    "tool_friction": (("friction_tools_mj",), ()),
-    "hourglass": (("hourglass_mj",), ()),
-    "damping": (("damping_mj", "contact_damping_mj"), ()),
-    "kinetic": (("kinetic_mj",), ()),
-    "torn": (("eroded_mj",), ()),
-    "balance_error": (("balance_error_mj",), ()),
-}
-#: what a legend says of them
-LABELS = {
-    "stretching": "stretching of inlays",
-    "bending": "bending of inlays",
-    "in_plane_bending": "bending of inlays in the plane",
-    "torsion": "torsion of inlays",
-    "loop_stretching": "stretching of loops",
-    "loop_bending": "bending of loops",
-    "loop_torsion": "torsion of loops",
-    "shear": "shear",
-    "fabric_contact": "contact of the fabric with itself",
-    "fabric_friction": "friction in the fabric",
-    "tool_contact": "contact with tools",
-    "tool_friction": "friction at tools",
-    "hourglass": "hourglass control",
-    "damping": "damping",
-    "kinetic": "kinetic",
-    "torn": "torn elements",
-    "balance_error": "error of the balance",
-}
+#: mechanisms by name: their label, the columns of the energies that they sum up, and those that are subtracted
+MECHANISMS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
+    "stretching": ("stretching of inlays", ("stretching_warp_mj", "stretching_weft_mj", "stretching_fabric_mj"), ()),
+    "bending": ("bending of inlays", ("bending_warp_mj", "bending_weft_mj", "bending_fabric_mj"), ()),
+    "in_plane_bending": ("bending of inlays in the plane", ("in_plane_bending_fabric_mj",), ()),
+    "torsion": ("torsion of inlays", ("torsion_warp_mj", "torsion_weft_mj"), ()),
+    "loop_stretching": ("stretching of loops", ("stretching_knit_mj",), ()),
+    "loop_bending": ("bending of loops", ("bending_knit_mj",), ()),
+    "loop_torsion": ("torsion of loops", ("torsion_knit_mj",), ()),
+    "shear": ("shear", ("shear_fabric_mj",), ()),
+    "fabric_contact": (
+        "contact of the fabric with itself", ("contact_mj",), ("contact_tools_mj", "contact_recovery_mj")
+    ),
+    "fabric_friction": ("friction in the fabric", ("friction_mj",), ("friction_tools_mj",)),
+    "tool_contact": ("contact with tools", ("contact_tools_mj",), ()),
+    "tool_friction": ("friction at tools", ("friction_tools_mj",), ()),
+    "hourglass": ("hourglass control", ("hourglass_mj",), ()),
+    "damping": ("damping", ("damping_mj", "contact_damping_mj"), ()),
+    "kinetic": ("kinetic", ("kinetic_mj",), ()),
+    "torn": ("torn elements", ("eroded_mj",), ()),
+    "balance_error": ("error of the balance", ("balance_error_mj",), ()),
+}  # fmt: skip
 
 
 def stamp_work(history: History) -> Table:
-    """Table over the rows of the energies: travel [mm], work of the stamp and of holder and weight, and energy or loss
-    of each of :data:`MECHANISMS` that the model has [mJ], which together are both works.
-
-    The bending of yarns is that in the plane too, which shells have apart.
-    """
+    """Travel [mm], work of stamp, of holder and weight [mJ], and :data:`MECHANISMS`, which add up, over rows."""
     curve, energies = history.curve, history.energies
     travel, force = curve["stamp_travel_mm"], curve["stamp_force_n"]
     steps = np.diff(travel, prepend=0.0)
@@ -181,7 +133,7 @@ def stamp_work(history: History) -> Table:
         "stamp_mj": work,
         "holder_and_weight_mj": energies["external_mj"] - work,
     }
-    for name, (plus, less) in MECHANISMS.items():
+    for name, (_, plus, less) in MECHANISMS.items():
         columns = [energies[column] for column in plus if column in energies]
         if columns:
             taken = sum((energies[column] for column in less), np.zeros_like(work))
@@ -189,7 +141,7 @@ def stamp_work(history: History) -> Table:
     return found
 
 
-#: a node of a sheet belongs to an edge that it is as near to [mm]
+#: distance [mm] from an edge within which a node of a sheet belongs to it
 EDGE = 1e-6
 #: share of a side about its middle over which the draw-in of the side is a mean
 MIDDLE = 0.1
@@ -199,9 +151,7 @@ SIDES = {"weft_low": (0, -1.0), "warp_low": (1, -1.0), "weft_high": (0, 1.0), "w
 
 @dataclass(frozen=True)
 class DrawIn:
-    """Points along the edges of the blank: ``start`` and ``now`` (n, 2) [mm], ``side`` (n,) as an index of
-    :data:`SIDES`, ``drawn`` (n,), the way inwards, normal to the side, and ``rise`` (n,) upwards [mm].
-    """
+    """Edges of the blank: ``start``, ``now`` (n, 2), index of the ``side``, ``drawn`` inwards, ``rise`` (n,) [mm]."""
 
     start: Array
     now: Array
@@ -256,27 +206,28 @@ DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
 
 
 def strengths(run: Run) -> dict[str, float]:
-    """Force [N] at which a mean yarn of warp, weft and knit breaks: that of its law, or of the fabric's curve."""
+    """Force [N] at which a mean yarn of warp, weft and knit breaks, by its law or the fabric's curve."""
     if run.model.scale == "macro":
         curves = {d: tension_curve(run.fabric, d) for d in DIRECTIONS}
         return {d: float(c.mean.max()) / run.fabric.density_per_mm.of(d) for d, c in curves.items()}
-    cards = sections(run.fabric)
-    breaks = (run.fabric.reinforcing, run.fabric.reinforcing, run.fabric.knitting)
-    strain = [yarn.fracture_strain_fraction for yarn in breaks]
-    return {
-        name: float((card.hinge_slope * np.maximum(e - card.hinge_strain, 0.0)).sum())
-        for name, card, e in zip(("warp", "weft", "knit"), cards, strain, strict=True)
-    }
+    inlays, loops, found = run.fabric.reinforcing, run.fabric.knitting, {}
+    for name, card in zip(("warp", "weft", "knit"), sections(run.fabric), strict=True):
+        strain = (loops if name == "knit" else inlays).fracture_strain_fraction
+        found[name] = float((card.hinge_slope * np.maximum(strain - card.hinge_strain, 0.0)).sum())
+    return found
 
 
 def yarn_forces(run: Run, mesh: Mesh, frames: Sequence[Frame]) -> Table:
-    """One row a yarn, the most loaded first: its system and number, largest tension [N] in any of ``frames``, over its
-    strength, and where: the place in that frame [mm] and the travel of the stamp [mm].
-    """
+    """Rows of yarns, the most loaded first: largest tension [N], over its strength [%], place and travel [mm]."""
     yarns = _of_shells(run, mesh, frames[0]) if mesh.kind == "shells" else _of_beams(mesh)
     strength = strengths(run)
-    forces = {s: np.array([_force(run, mesh, frame, s) for frame in frames]) for s in {y[0] for y in yarns}}
-    rows = []
+    forces, rows = {}, []
+    for system in {yarn[0] for yarn in yarns}:
+        if mesh.kind == "beams":
+            forces[system] = np.array([frame.fields["axial_force"] for frame in frames])
+        else:
+            density = run.fabric.density_per_mm.of(system)
+            forces[system] = np.array([frame.fields[f"force_{system}"] / density for frame in frames])
     for system, number, cells in yarns:
         force = forces[system][:, cells]
         when, where = np.unravel_index(int(np.argmax(force)), force.shape)
@@ -288,14 +239,6 @@ def yarn_forces(run: Run, mesh: Mesh, frames: Sequence[Frame]) -> Table:
     return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
 
 
-def _force(run: Run, mesh: Mesh, frame: Frame, system: str) -> Array:
-    """Tension of a yarn of ``system`` in each element [N]."""
-    if mesh.kind == "beams":
-        return frame.fields["axial_force"]
-    force: Array = frame.fields[f"force_{system}"] / run.fabric.density_per_mm.of(system)
-    return force
-
-
 def _of_beams(mesh: Mesh) -> list[tuple[str, int, NDArray[np.int64]]]:
     found = []
     for part, name in enumerate(mesh.part_names):
@@ -305,7 +248,6 @@ def _of_beams(mesh: Mesh) -> list[tuple[str, int, NDArray[np.int64]]]:
 
 
 def _of_shells(run: Run, mesh: Mesh, first: Frame) -> list[tuple[str, int, NDArray[np.int64]]]:
-    """The shells that each yarn runs through."""
     centre = first.position[mesh.cells].mean(axis=1)
     found = []
     for axis, system in ((0, "warp"), (1, "weft")):

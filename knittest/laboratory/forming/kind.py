@@ -19,8 +19,8 @@ KIND = TestKind(
     place=5,
     tools=True,
     directional=False,
-    summary="Draw a blank into a die with a stamp, macro or meso.",
-    usage="""Draw a blank into a die with a T, a hemisphere or STL files: shear angles, wrinkles, draw-in, yarn forces.
+    summary="Form a blank with stamp and die, macro or meso.",
+    usage="""Form a blank with a T, a hemisphere or STL files: shear angles, wrinkles, draw-in, yarn forces.
 
     Example: knittest forming --variant 1 --scale macro --blank-holder-force 100
     """,
@@ -31,7 +31,7 @@ KIND = TestKind(
     deck_force="rcforc, contacts with the stamp, along z",
     checked="knittest.laboratory.forming.tool_check:check_tools",
     size="knittest.laboratory.forming.config:stated",
-    sheet="knittest.laboratory.forming.config:sheet",
+    sheet=("blank_length", "blank_width"),
     labels={
         "stamp_force_max_n": ("stamp force, largest [N]", "{:.1f}"),
         "max_shear_angle_deg": ("shear angle, largest [deg]", "{:.1f}"),
@@ -60,7 +60,7 @@ KIND = TestKind(
         "yarn-forces.png", "stamp-work.png",
     ),
     tables=("draw-in.csv", "yarn-forces.csv", "shear-field.csv", "height-field.csv", "stamp-work.csv"),
-    scale="macro",  # a whole blank is a matter of minutes for shells
+    scale="macro",  # a whole blank takes minutes
     presets="knittest.laboratory.forming.config:settings",
     sizes=("blank_length", "blank_width", "depth"),
     deciding={
@@ -78,7 +78,7 @@ KIND = TestKind(
     gates=("drag_over_weight",),
     advice="knittest.laboratory.forming.rig:ADVICE",
     hinges={"membrane_share": -1},
-    # where no scatter is stored: an unevenness changed by 2e-9 of itself moves numbers by 1.7 %, the curve by 0.8 % and
+    # without a stored scatter: an unevenness changed by 2e-9 of itself changes numbers by 1.7 %, the curve by 0.8 % and
     # the buckles by 3.9 %
     regression=Regression(
         runs=(

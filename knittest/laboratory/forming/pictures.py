@@ -1,6 +1,4 @@
-"""Pictures of forming: a field over the plan, the formed blank at a slant, the tools in space, in plan and in
-section.
-"""
+"""Pictures of forming: a field over the plan, the formed blank at a slant, the tools in space, plan and section."""
 
 import textwrap
 from collections.abc import Sequence
@@ -32,9 +30,7 @@ class Outlines:
 
 @dataclass(frozen=True)
 class Field:
-    """``value`` (n,) at ``place`` (n, 2) [mm], or in the polygons ``cells`` (n, k, 2); nan is not known, and the legend
-    calls it ``unknown``. ``colours`` are those of a scale without signs, on which a line stands at ``limit``.
-    """
+    """``value`` (n,) at ``place`` (n, 2) [mm], or in polygons ``cells`` (n, k, 2); nan is ``unknown``."""
 
     place: Array
     value: Array
@@ -63,14 +59,11 @@ def plan_picture(
     signed: bool = False,
     top: float | None = None,
 ) -> None:
-    """Colour ``field``, grey where it is not known.
-
-    ``signed`` scales are symmetric about zero; ``top`` [unit of value] ends the scale. Raises ResourceError.
-    """
+    """Colour ``field``; ``signed`` scales are symmetric about zero; ``top`` ends the scale. Raises ResourceError."""
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
 
-    axes = _sheet(outlines, SCALED, title, note)
+    axes = _plan_axes(outlines, SCALED, title, note)
     figure: Any = axes.figure
     place, value, cells = field.place, field.value, field.cells
     shown = np.isfinite(value)
@@ -79,11 +72,12 @@ def plan_picture(
     colours = "RdBu_r" if signed else field.colours
     drawn: Any
     if cells is None:
-        size = _size(place, outlines)
-        axes.scatter(*place[~shown].T, s=size, color=UNKNOWN, marker="s", linewidths=0)
-        drawn = axes.scatter(
-            place[shown, 0], place[shown, 1], c=value[shown], s=size, marker="s", linewidths=0, cmap=colours, norm=scale
-        )
+        # squares about evenly spread points touch
+        spacing = float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(place)))
+        area = (PLAN * 72.0 * spacing / (2.0 * outlines.extent[0])) ** 2
+        squares: Any = {"s": area, "marker": "s", "linewidths": 0}
+        axes.scatter(*place[~shown].T, color=UNKNOWN, **squares)
+        drawn = axes.scatter(*place[shown].T, c=value[shown], cmap=colours, norm=scale, **squares)
     else:
         axes.add_collection(PolyCollection(list(cells[~shown]), facecolor=UNKNOWN, edgecolor="none"))
         drawn = PolyCollection(list(cells[shown]), edgecolor="face", linewidth=0.2, cmap=colours, norm=scale)
@@ -91,7 +85,7 @@ def plan_picture(
         axes.add_collection(drawn)
     if not shown.all():
         axes.fill([], [], color=UNKNOWN, label=field.unknown)
-    _draw(axes, outlines)
+    _draw_outlines(axes, outlines)
     box, wide = axes.get_position(), figure.get_size_inches()[0]
     bar = figure.add_axes((box.x1 + 0.2 / wide, box.y0 + 0.1 * box.height, 0.2 / wide, 0.8 * box.height))
     found = figure.colorbar(drawn, cax=bar, extend=_cut(value[shown], scale))
@@ -102,16 +96,16 @@ def plan_picture(
 
 
 def outline_picture(path: Path, now: Sequence[Array], outlines: Outlines, *, title: str, note: str) -> None:
-    """The edge of the blank after the draw, lines (n, 2) [mm], over ``outlines``. Raises ResourceError."""
-    axes = _sheet(outlines, RIGHT, title, note)
+    """Draw the edge of the formed blank, lines (n, 2) [mm], over ``outlines``. Raises ResourceError."""
+    axes = _plan_axes(outlines, RIGHT, title, note)
     for k, line in enumerate(now):
-        axes.plot(*line.T, color="#0072B2", lw=1.8, label="edge of the drawn blank" if k == 0 else None)
-    _draw(axes, outlines)
+        axes.plot(*line.T, color="#0072B2", lw=1.8, label="edge of the formed blank" if k == 0 else None)
+    _draw_outlines(axes, outlines)
     save(axes.figure, path)
 
 
-def _sheet(outlines: Outlines, right: float, title: str, note: str) -> Any:
-    """Axes that the plan fills, with ``right`` [inch] beside them, below the title and above the note."""
+def _plan_axes(outlines: Outlines, right: float, title: str, note: str) -> Any:
+    """Axes of the plan between title and note, with ``right`` [inch] free beside them."""
     x, y = outlines.extent
     lines = textwrap.wrap(note, LETTERS)
     high, below = PLAN * y / x, BOTTOM + 0.17 * (len(lines) - 1)
@@ -125,7 +119,7 @@ def _sheet(outlines: Outlines, right: float, title: str, note: str) -> Any:
 
 
 def _cut(value: Array, scale: "Normalize") -> Literal["neither", "both", "min", "max"]:
-    """Ends of the scale beyond which values lie, but for those that rounding puts there."""
+    """Ends of the scale beyond which values lie, but for rounding."""
     low, high = scale.vmin, scale.vmax
     assert low is not None and high is not None
     beyond = 1e-6 * (high - low)
@@ -133,33 +127,23 @@ def _cut(value: Array, scale: "Normalize") -> Literal["neither", "both", "min", 
     return "both" if under and over else "min" if under else "max" if over else "neither"
 
 
-def _draw(axes: Any, outlines: Outlines) -> None:
+def _draw_outlines(axes: Any, outlines: Outlines) -> None:
     for (name, line), dash in zip(outlines.lines.items(), DASHES, strict=False):
         axes.plot(*line.T, color=BLACK, lw=1.0, ls=dash, label=name)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=4, fontsize=8, frameon=False)
 
 
-def _size(place: Array, outlines: Outlines) -> float:
-    """Marker area [points^2] at which squares about evenly spread points touch."""
-    spacing = float(np.sqrt(np.prod(np.ptp(place, axis=0)) / len(place)))
-    return float((PLAN * 72.0 * spacing / (2.0 * outlines.extent[0])) ** 2)
-
-
 _PIXELS = 1_200_000
 
 
-def tilted_picture(
-    path: Path, mesh: Mesh, frame: Frame, value: Array, *, title: str, label: str, top: float, colours: str = "viridis"
-) -> None:
-    """Draw the elements of ``frame`` coloured by ``value`` (n_el,), from 0 to ``top``, to ``path`` (PNG).
-
-    Raises :class:`ResourceError`.
-    """
+def tilted_picture(path: Path, mesh: Mesh, frame: Frame, value: Array, *, title: str, label: str, top: float) -> None:
+    """Draw the elements of ``frame`` coloured by ``value`` (n_el,), from 0 to ``top``. Raises ResourceError."""
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
 
-    norm, cmap = Normalize(0.0, max(top, 1e-9), clip=True), colormaps[colours]
+    norm, cmap = Normalize(0.0, max(top, 1e-9), clip=True), colormaps["viridis"]
     colour = cmap(norm(value))[:, :3]
     seen = frame.position @ sight().T
     low, high = seen[:, :2].min(axis=0) - 3.0, seen[:, :2].max(axis=0) + 3.0
@@ -173,7 +157,8 @@ def tilted_picture(
         image = render_tubes(ends[:, 0], ends[:, 1], mesh.radius, colour, view)
         axes.imshow(image, origin="lower", extent=view.extent, interpolation="antialiased")
     else:
-        _draw_shells(axes, seen[mesh.cells], colour)
+        places, shown = shaded(seen[mesh.cells], colour)
+        axes.add_collection(PolyCollection(list(places), facecolor=shown, edgecolor=shown, linewidth=0.2))
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set_aspect("equal")
     axes.set_axis_off()
@@ -184,16 +169,8 @@ def tilted_picture(
     save(figure, path)
 
 
-def _draw_shells(axes: Any, corners: Array, colour: Array) -> None:
-    """Quadrilaterals (n, 4, 3) as they are seen."""
-    from matplotlib.collections import PolyCollection
-
-    places, shown = shaded(corners, colour)
-    axes.add_collection(PolyCollection(list(places), facecolor=shown, edgecolor=shown, linewidth=0.2))
-
-
 COLOURS = {"stamp": ORANGE, "die": BLUE, "holder": GREEN}
-#: die and holder often have one opening: both lines are seen
+#: die and holder often have one opening: both lines are visible
 WIDTHS, TOOL_DASHES = {"stamp": 1.6, "die": 3.0, "holder": 1.4}, {"stamp": "-", "die": "-", "holder": "--"}
 #: samples of a picture across
 FINE = 400
@@ -209,14 +186,14 @@ def tools_picture(path: Path, tools: ToolSet, fit: Fit, stroke: Stroke, *, title
     figure = new_figure(12.5, 8.2)
     figure.text(0.02, 0.975, title, fontsize=12, va="top", color=RED if fit.problems else "black")
     space: Any = figure.add_axes((0.01, 0.38, 0.46, 0.54), projection="3d", proj_type="ortho", computed_zorder=False)
-    _space(space, tools)
-    _plan(figure.add_axes((0.5, 0.44, 0.34, 0.49)), tools, fit, stroke)
-    _section(figure.add_axes((0.07, 0.08, 0.88, 0.26)), tools, fit, stroke)
+    _draw_space(space, tools)
+    _draw_plan(figure.add_axes((0.5, 0.44, 0.34, 0.49)), tools, fit, stroke)
+    _draw_section(figure.add_axes((0.07, 0.08, 0.88, 0.26)), tools, fit, stroke)
     save(figure, path)
 
 
-def _space(axes: "Axes3D", tools: ToolSet) -> None:
-    """All meshes, drawn apart and lit from one side; what faces away or lies lower is painted first."""
+def _draw_space(axes: "Axes3D", tools: ToolSet) -> None:
+    """Draw all meshes apart and lit from one side, lower ones first."""
     from matplotlib.colors import to_rgb
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
@@ -242,8 +219,7 @@ def _space(axes: "Axes3D", tools: ToolSet) -> None:
     axes.set_axis_off()
 
 
-def _plan(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
-    """Outlines where the walls are, at full depth, and the blank."""
+def _draw_plan(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
     half, thickness, depth = 0.5 * np.array(stroke.blank), stroke.thickness, stroke.depth
     x, y = (1.08 * np.linspace(-side, side, FINE) for side in half)
     heights = {"stamp": 0.5 * thickness + depth, "die": -0.5 * thickness - depth, "holder": 0.5 * (thickness + PLATE)}
@@ -265,8 +241,8 @@ def _plan(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
     dress(axes)
 
 
-def _section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
-    """Bodies cut by an upright plane through the middle and the smallest clearance; the blank at its start."""
+def _draw_section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
+    """Draw the tools cut by an upright plane through the middle and the smallest clearance, and the flat blank."""
     towards, travel, thickness = _direction(fit), fit.die.travel, stroke.thickness
     along, z = _reach(stroke), np.linspace(-stroke.depth - 15.0, 15.0, FINE)
     for name, tool in tools.by_name.items():
@@ -302,6 +278,5 @@ def _direction(fit: Fit) -> Array:
 
 
 def _reach(stroke: Stroke) -> Array:
-    """Places along the section [mm]."""
     half = 0.5 * max(stroke.blank)
     return np.linspace(-half, half, 2 * FINE)

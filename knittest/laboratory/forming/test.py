@@ -1,175 +1,141 @@
 """Forming: a blank of shells or yarns between stamp, die and blank holder."""
 
-import time as clock
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.history import Frame, History, Mesh, Quality
-from knittest.laboratory.base import Prepared, Test, fabric_laminate
-from knittest.laboratory.forming.config import FormingRig, FormingRun
+from knittest.base.history import Array, Frame, History, Mesh, Quality
+from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.fabric_test import FabricTest
+from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.formed import DIRECTIONS, Formed, draw_in, formed, rim_waves, yarn_forces
 from knittest.laboratory.forming.rig import FormingTest, free_yarns, out_of_order
 from knittest.laboratory.forming.tool_check import fitting_tools, tools_of
-from knittest.laboratory.judging import Span, assess
-from knittest.laboratory.strips import crossing_angles, cut, shell_angles, weights
+from knittest.laboratory.judging import assess
+from knittest.laboratory.strips import cut, material_angles, unevenness, weights
 from knittest.materials.laminate import softened_at_most
+from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_sheet, rectangle, self_contact
 from knittest.models.meso import build_meso
-from knittest.solve.simulate import simulate
 from knittest.solve.state import SILENT, Observer, SimulationCost
 from knittest.tooling.outline import stamp_outline
 
-Array = NDArray[np.float64]
-
-#: fabric that stands higher than this share of its thickness above its tool, or a crest of the rim above the troughs
-#: beside it, counts as wrinkled
+#: height over the thickness above which fabric above its tool, or a crest of the rim above its troughs, is a wrinkle
 WRINKLED = 0.5
-#: deepest penetration of a tool over half the thickness, or the radius of a yarn, above which a run is refused
+#: largest penetration of a tool over half the thickness, or the radius of a yarn
 DEEPEST = 0.25
-#: lightest holder over the blank: penalties of all touching nodes, 0.3 m / dt^2 each, act on it against 4 M / dt^2
+#: least mass of the holder over the blank's: penalties of all touching nodes, 0.3 m / dt^2 each, against 4 M / dt^2
 LIGHTEST = 0.2
-#: radius about an inner corner of the stamp, over that of the corner, in which its shear angle is read
-NEAR_CORNER = 1.5
-#: percentile that stands for the high values of a field
-HIGH = 95.0
+#: radius about an inner corner of the stamp over its own in which angles are read, and percentile for high values
+NEAR_CORNER, HIGH = 1.5, 95.0
 
 
-class Forming(Test[FormingRun]):
+class Forming(FabricTest[FormingRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
-    ends_at_failure = False
-
     def prepare(self, run: FormingRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """The blank flat on the die, the stamp on it."""
-        meso = run.model.scale == "meso"
-        prepared = self._yarns(run, specimen, observer) if meso else self._shells(run, specimen)
-        _check_holder(run.rig, float(prepared.model.mass.sum()))
+        """Make the blank flat on the die, the stamp on it; raises :class:`InputError` for a holder too light."""
+        prepared = super().prepare(run, specimen, observer)
+        blank, holder = float(prepared.model.mass.sum()), run.rig.holder
+        mass = blank if holder.mass_g is None else holder.mass_g
+        if run.rig.blank_holder_force > 0.0 and mass < LIGHTEST * blank:
+            raise InputError(
+                f"rig.holder.mass = {holder.mass:g} kg is too small for the time step: give at least {LIGHTEST:g} of "
+                f"the blank's {1e-3 * blank:.3g} kg, or remove it"
+            )
         return prepared
 
-    def _shells(self, run: FormingRun, specimen: int) -> Prepared:
+    def mount_shells(self, run: FormingRun, specimen: int) -> Prepared:
+        """Make the blank of shells."""
         rig, fabric, size = run.rig, run.fabric, run.model.macro.element_size_mm
         length, width, thickness = rig.blank_length_mm, rig.blank_width_mm, fabric.thickness_mm
         rows = np.linspace(-0.5 * length, 0.5 * length, max(round(length / size), 2) + 1)
         points, cells = rectangle(rows, width, size)
-        height = rig.imperfection_mm
-        points[:, 2] = np.random.default_rng(run.variability.seed + specimen).uniform(-height, height, len(points))
+        points[:, 2] = unevenness(rig.imperfection_mm, run.variability.seed + specimen, len(points))
         soft = softened_at_most(fabric_laminate(run), rig.membrane_share)
         contact = self_contact(fabric, run.model.macro, run.solver.safety)
         model = build_sheet(points, cells, soft, fabric.area_mass_g_per_mm2, thickness, contact=contact)
         # unevenness does not reach into the tools
         radius = 0.5 * thickness - np.abs(points[:, 2])
-        area = length * width
-        weight = weights(fabric, rig.gravity_mm_per_ms2, model, area)
-        checked = fitting_tools(run, thickness)
-        test = FormingTest(run, checked.tools, thickness, radius, weight)
-        facts = {"thickness_mm": thickness, "area_mm2": area}
-        return Prepared(model, test, facts=facts, notes=(*free_yarns(run), *checked.fit.doubts))
+        prepared = _between_tools(run, model, thickness, radius, length * width)
+        return replace(prepared, notes=(*free_yarns(run), *prepared.notes))
 
-    def _yarns(self, run: FormingRun, specimen: int, observer: Observer) -> Prepared:
-        start = clock.perf_counter()
+    def mount_yarns(self, run: FormingRun, specimen: int, observer: Observer) -> Prepared:
+        """Make the blank of whole pitches."""
         rig, fabric = run.rig, run.fabric
         n_wales = max(round(rig.blank_width_mm / fabric.wale_spacing), 2)
         n_courses = max(round(rig.blank_length_mm / fabric.course_spacing), 2)
         piece = cut(run, n_wales, n_courses, specimen, observer)
-        size = np.array([n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing, 0.0])
-        points = np.concatenate([p.points for p in piece.paths])
-        middle = 0.5 * (points[:, 2].min() + points[:, 2].max())
-        centre = np.array([0.5 * size[0], 0.5 * size[1], middle])
+        size = n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing
+        height = np.concatenate([p.points[:, 2] for p in piece.paths])
+        centre = np.array([0.5 * size[0], 0.5 * size[1], 0.5 * (height.min() + height.max())])
         paths = [replace(p, points=p.points - centre) for p in piece.paths]
         model = build_meso(run, paths, piece.draws, rig.membrane_share)
         z, radius = model.position()[:, 2], model.group.radius
         thickness = 2.0 * float((np.abs(z) + radius).max())
-        area = float(size[0] * size[1])
-        weight = weights(fabric, rig.gravity_mm_per_ms2, model, area)
-        checked = fitting_tools(run, thickness)
-        test = FormingTest(run, checked.tools, thickness, radius, weight)
-        facts = {"thickness_mm": thickness, "area_mm2": area}
-        return Prepared(model, test, clock.perf_counter() - start, piece.table, facts, checked.fit.doubts)
-
-    def solve(self, prepared: Prepared, run: FormingRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Press the holder, draw, rest."""
-        return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
+        prepared = _between_tools(run, model, thickness, radius, float(size[0] * size[1]))
+        return replace(prepared, yarns=piece.table)
 
     def results(self, run: FormingRun, prepared: Prepared, history: History) -> dict[str, float]:
-        """Forces, shear angles, wrinkles, draw-in and yarn forces at the end of the draw."""
-        last = history.frames[-1]
-        surface = drawn(run, prepared.facts, history, last)
-        edge, forces = draw_in(history.mesh, history.frames[0], last), yarn_forces(run, history.mesh, history.frames)
-        waves = rim_waves(edge.start, edge.rise, WRINKLED * prepared.facts["thickness_mm"])
-        return {
+        """Forces, shear angles, wrinkles, draw-in and yarn forces at the end of forming."""
+        mesh, first, last = history.mesh, history.frames[0], history.frames[-1]
+        surface, thickness = drawn(run, prepared.facts, history, last), prepared.facts["thickness_mm"]
+        edge, forces = draw_in(mesh, first, last), yarn_forces(run, mesh, history.frames)
+        waves = rim_waves(edge.start, edge.rise, WRINKLED * thickness)
+        strains = {}
+        if "strain_warp" in last.fields:  # a check of the share of the membrane stiffness
+            largest = max(float(last.fields[f"strain_{d}"].max()) for d in DIRECTIONS)
+            strains = {"max_membrane_strain_pct": 100.0 * largest}
+        found = {
             "stamp_force_max_n": float(history.curve["stamp_force_n"].max()),
-            **_wrinkles(surface, prepared.facts["thickness_mm"]),
+            **_wrinkles(surface, thickness),
             "rim_wave_height_mm": waves.largest,
             "rim_wave_count": float(waves.count),
-            **_shear(run, history.mesh, last),
+            **_shear(run, mesh, last),
             "draw_in_max_mm": float(edge.drawn.max()),
             "draw_in_warp_mm": 0.5 * (edge.middle("warp_low") + edge.middle("warp_high")),
             "draw_in_weft_mm": 0.5 * (edge.middle("weft_low") + edge.middle("weft_high")),
             "max_yarn_force_n": float(forces["force_n"][forces["system"] != "knit"].max()),
             "max_yarn_utilisation_pct": float(forces["utilisation_pct"].max()),
-            **_strains(last),
+            **strains,
             "yarns_at_risk": float(np.count_nonzero(forces["utilisation_pct"] > 100.0 * run.rig.risk_share)),
             "tool_penetration_max_um": float(history.contacts["tool_penetration_max_um"].max()),
-            **_order(history),
         }
+        if mesh.kind == "beams":
+            found["crossings_out_of_order"] = float(out_of_order(mesh, first, last))
+        return found
 
     def assess(self, run: FormingRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, how deep nodes are in tools, what the model leaves out, what was mended in files."""
+        """Evaluate the standard checks, drag, and penetration of tools; warn of what the model leaves out."""
         quality = assess(run, prepared, history, cost, self.span(history), dragged(run, prepared))
         deepest = float(history.contacts["tool_penetration_max_um"].max())
         limit = allowed_depth(run)
         if deepest > limit:
-            quality = quality.refusing(
-                f"the fabric's surface is {deepest:.0f} um inside a tool, more than {limit:.0f} um"
-            )
+            quality = quality.refusing(f"tool penetration of {deepest:.0f} um exceeds the limit of {limit:.0f} um")
         assert isinstance(prepared.rig, FormingTest)
         return quality.warning(*prepared.notes, *prepared.rig.tools.notes)
 
-    def span(self, history: History) -> Span:
-        """The whole draw."""
-        return Span()
+
+def _between_tools(run: FormingRun, model: ExplicitModel, thickness: float, radius: Array, area: float) -> Prepared:
+    """Put a blank of ``thickness`` [mm] and ``area`` [mm2] between its tools."""
+    checked = fitting_tools(run, thickness)
+    weight = weights(run.fabric, run.rig.gravity_mm_per_ms2, model, area)
+    test = FormingTest(run, checked.tools, thickness, radius, weight)
+    facts = {"thickness_mm": thickness, "area_mm2": area}
+    return Prepared(model, test, facts=facts, notes=checked.fit.doubts)
 
 
 def dragged(run: FormingRun, prepared: Prepared) -> float:
-    """Force with which damping drags on the blank at the stamp's full speed, over what presses it down [-].
-
-    A free flange, which little but its weight keeps down, lifts too little under a drag of that size.
-    """
+    """Drag of the damping on the blank at the stamp's full speed over the force that presses it down [-]."""
     assert isinstance(prepared.rig, FormingTest)
     drag = run.solver.damping_per_ms * run.solver.speed_mm_per_ms * float(prepared.model.mass.sum())
     held = float(prepared.rig.weight.sum()) + prepared.rig.holder_force
     return drag / held if held > 0.0 else np.inf if drag > 0.0 else 0.0
 
 
-def _check_holder(rig: FormingRig, blank: float) -> None:
-    """Raise :class:`InputError` for a holder too light for its contacts with a ``blank`` [g] at the step of the run."""
-    mass = blank if rig.holder.mass_g is None else rig.holder.mass_g
-    if rig.blank_holder_force > 0.0 and mass < LIGHTEST * blank:
-        raise InputError(
-            f"rig.holder.mass = {rig.holder.mass:g} kg: too light for the step, as the whole blank may press on it; "
-            f"expected at least {LIGHTEST:g} of the blank's {1e-3 * blank:.3g} kg, or none given"
-        )
-
-
-def _strains(frame: Frame) -> dict[str, float]:
-    """Largest strain of shells [%], as a check of the share of the membrane stiffness."""
-    if "strain_warp" not in frame.fields:
-        return {}
-    return {"max_membrane_strain_pct": 100.0 * max(float(frame.fields[f"strain_{d}"].max()) for d in DIRECTIONS)}
-
-
-def _order(history: History) -> dict[str, float]:
-    """Crossings of warp and weft whose order has changed (yarns)."""
-    if history.mesh.kind == "shells":
-        return {}
-    return {"crossings_out_of_order": float(out_of_order(history.mesh, history.frames[0], history.frames[-1]))}
-
-
 def allowed_depth(run: FormingRun) -> float:
-    """Deepest penetration of a tool [um] that is allowed."""
+    """Largest allowed penetration of a tool [um]."""
     fabric = run.fabric
     if run.model.scale == "macro":
         return 1e3 * DEEPEST * 0.5 * fabric.thickness_mm
@@ -178,23 +144,19 @@ def allowed_depth(run: FormingRun) -> float:
 
 
 def drawn(run: FormingRun, facts: dict[str, float], history: History, frame: Frame) -> Formed:
-    """The mid-surface over the tools in ``frame``."""
+    """Mid-surface over the tools in ``frame``."""
     thickness = facts["thickness_mm"]
     return formed(history, frame, tools_of(run, thickness), thickness, frame.coordinate)
 
 
 def shear_field(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
-    """Shear angle [deg] of each shell or crossing, (n,), positive where warp and weft close up, and its place in plan
-    [mm], (n, 2).
-    """
-    if mesh.kind == "shells":
-        return np.rad2deg(shell_angles(frame)), frame.position[mesh.cells].mean(axis=1)[:, :2]
-    angle, place = crossing_angles(mesh, frame)
+    """Shear angle [deg] of each shell or crossing, (n,), positive where yarns close up; its place, (n, 2) [mm]."""
+    angle, place = material_angles(mesh, frame)
     return np.rad2deg(angle), place
 
 
 def _shear(run: FormingRun, mesh: Mesh, frame: Frame) -> dict[str, float]:
-    """Largest shear angle and its 95th percentile: in all, about the inner corners of the stamp, and elsewhere."""
+    """Largest shear angle, and its 95th percentile in all, at the inner corners of the stamp, and elsewhere."""
     angle, place = shear_field(mesh, frame)
     angle = np.abs(angle)
     found = {"max_shear_angle_deg": float(angle.max()), "shear_angle_p95_deg": float(np.percentile(angle, HIGH))}
@@ -204,8 +166,7 @@ def _shear(run: FormingRun, mesh: Mesh, frame: Frame) -> dict[str, float]:
     corners = outline.span < 0.0
     if not corners.any():
         return found
-    middle = outline.start[corners] + 0.5 * outline.span[corners]
-    radius = outline.radius[corners]
+    middle, radius = outline.start[corners] + 0.5 * outline.span[corners], outline.radius[corners]
     corner = outline.centre[corners] + radius[:, None] * np.column_stack([np.cos(middle), np.sin(middle)])
     near = (np.linalg.norm(place[:, None] - corner, axis=2) < NEAR_CORNER * radius).any(axis=1)
     return found | {
@@ -215,12 +176,8 @@ def _shear(run: FormingRun, mesh: Mesh, frame: Frame) -> dict[str, float]:
 
 
 def _wrinkles(surface: Formed, thickness: float) -> dict[str, float]:
-    """Height of the flange above the die, and the shares of flange and bottom that do not follow their tool.
-
-    Under the stamp the fabric hangs or lies on the floor: how far below the stamp says where the floor is.
-    """
-    flange, bottom = surface.on_flange, surface.under_stamp
-    high = WRINKLED * thickness
+    """Height of the flange above the die, and shares of flange and bottom that do not follow their tool."""
+    flange, bottom, high = surface.on_flange, surface.under_stamp, WRINKLED * thickness
     return {
         "max_wrinkle_height_mm": float(flange.max(initial=0.0)),
         "wrinkle_height_p95_mm": float(np.percentile(flange, HIGH)) if flange.size else 0.0,

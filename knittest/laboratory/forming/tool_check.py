@@ -5,13 +5,11 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from knittest.base.errors import InputError
 from knittest.base.files import replacing, resource_error
 from knittest.base.history import Body, History
 from knittest.laboratory.forming.config import FormingRun
-from knittest.laboratory.strips import at_frames
+from knittest.laboratory.strips import offsets
 from knittest.tooling.fit import Fit, Stroke, measure_fit, plan_problems
 from knittest.tooling.refit import fitting_change
 from knittest.tooling.toolset import ToolSet, build_tools
@@ -26,7 +24,7 @@ class CheckedTools:
 
     @property
     def lines(self) -> list[str]:
-        """Depth, clearances and what is suspicious."""
+        """Depth, clearances and warnings."""
         fit = self.fit
         found = [
             f"stamp enters the die's opening by {fit.depth:.3g} mm of {fit.asked:g} mm",
@@ -38,9 +36,8 @@ class CheckedTools:
         return [*found, *(f"warning: {text}" for text in fit.doubts)]
 
     def as_json(self) -> dict[str, Any]:
-        """The numbers, for a program."""
-        fit = self.fit
-        holder = None if fit.holder is None else fit.holder.size
+        """Numbers for a program."""
+        fit, holder = self.fit, None if self.fit.holder is None else self.fit.holder.size
         return {
             "depth_mm": fit.depth, "depth_asked_mm": fit.asked, "thickness_mm": fit.thickness,
             "clearance_mm": fit.die.size, "clearance_at_mm": fit.die.place, "clearance_travel_mm": fit.die.travel,
@@ -49,15 +46,14 @@ class CheckedTools:
 
 
 def tools_of(run: FormingRun, thickness: float) -> ToolSet:
-    """The tools of ``run`` about a blank of ``thickness`` [mm]."""
+    """Tools of ``run`` about a blank of ``thickness`` [mm]."""
     rig = run.rig
-    holder = rig.holder if rig.blank_holder_force > 0.0 else None
-    blank = (rig.blank_width_mm, rig.blank_length_mm)
+    holder, blank = rig.holder if rig.blank_holder_force > 0.0 else None, (rig.blank_width_mm, rig.blank_length_mm)
     return build_tools(rig.stamp, rig.die, holder, rig.depth_mm, thickness, blank)
 
 
 def measured_tools(run: FormingRun, thickness: float) -> CheckedTools:
-    """The tools of ``run`` with their fit, whether they fit or not; raises :class:`InputError` without distances."""
+    """Tools of ``run`` with their fit, good or not; raises :class:`InputError` without distances."""
     tools, stroke = tools_of(run, thickness), stroke_of(run, thickness)
     try:
         return CheckedTools(tools, measure_fit(tools, stroke))
@@ -68,22 +64,29 @@ def measured_tools(run: FormingRun, thickness: float) -> CheckedTools:
 
 
 def fitting_tools(run: FormingRun, thickness: float) -> CheckedTools:
-    """The tools of ``run``; raises :class:`InputError` where they do not fit, with what would make them fit."""
+    """Tools of ``run``; raises :class:`InputError` where they do not fit, with a remedy."""
     found = measured_tools(run, thickness)
     refuse_misfits(run, found)
     return found
 
 
 def refuse_misfits(run: FormingRun, found: CheckedTools) -> None:
-    """Raise :class:`InputError` for tools of ``run`` that do not fit, with what would make them fit."""
+    """Raise :class:`InputError` for tools of ``run`` that do not fit, with a remedy."""
     fit = found.fit
-    if fit.problems:
-        problems = [*fit.problems, *_wider(run, fit)]
-        raise InputError(_misfits(run, found.tools, stroke_of(run, fit.thickness), problems))
+    if not fit.problems:
+        return
+    problems, short = list(fit.problems), {"die": fit.thickness - fit.die.size}
+    if fit.holder is not None:
+        short["holder"] = -fit.holder.size
+    for name, missing in short.items():
+        opening = getattr(run.rig, name)
+        if opening.stl is None and missing > 0.0:
+            enough = ceil(10.0 * (opening.clearance + missing)) / 10.0
+            problems.append(f"Set rig.{name}.clearance to at least {enough:.1f} mm.")
+    raise InputError(_misfits(run, found.tools, stroke_of(run, fit.thickness), problems))
 
 
 def _misfits(run: FormingRun, tools: ToolSet, stroke: Stroke, problems: list[str]) -> str:
-    """The ``problems`` of ``tools``, with the change of files that makes them fit."""
     files = {name: tool.stl.path for name, tool in tools.by_name.items() if tool.stl is not None}
     what = ", ".join(f"rig.{name}.stl.path = {path}" for name, path in files.items()) or "rig.stamp, rig.die"
     parts = [f"{what}: the tools do not fit each other.", *problems]
@@ -98,29 +101,13 @@ def _misfits(run: FormingRun, tools: ToolSet, stroke: Stroke, problems: list[str
     return " ".join(parts)
 
 
-def _wider(run: FormingRun, fit: Fit) -> list[str]:
-    """Advice on the clearance of openings by dimensions."""
-    found = []
-    for name, missing in (
-        ("die", fit.thickness - fit.die.size), ("holder", 0.0 if fit.holder is None else -fit.holder.size),
-    ):  # fmt: skip
-        opening = getattr(run.rig, name)
-        if opening.stl is None and missing > 0.0:
-            enough = ceil(10.0 * (opening.clearance + missing)) / 10.0
-            found.append(f"Set rig.{name}.clearance to at least {enough:.1f} mm.")
-    return found
-
-
 def stroke_of(run: FormingRun, thickness: float) -> Stroke:
     """Stroke of the tools of ``run`` on a blank of ``thickness`` [mm]."""
     return Stroke(run.rig.depth_mm, thickness, (run.rig.blank_width_mm, run.rig.blank_length_mm))
 
 
 def check_tools(run: FormingRun, folder: Path) -> tuple[list[str], dict[str, Any]]:
-    """Lines and numbers of ``knittest check`` on the tools of ``run``; draws them to tools.png in ``folder``.
-
-    Raises :class:`InputError` for tools that do not fit, after they are drawn.
-    """
+    """Check and draw the tools of ``run`` for ``knittest check``; raises :class:`InputError` where they do not fit."""
     from knittest.base.figure import Stamp, stamped
     from knittest.base.files import make_folder
     from knittest.laboratory.forming.pictures import tools_picture
@@ -141,10 +128,7 @@ def check_tools(run: FormingRun, folder: Path) -> tuple[list[str], dict[str, Any
 
 
 def write_tools(tools: ToolSet, folder: Path) -> list[Path]:
-    """Write stamp.stl, die.stl and, if there is one, holder.stl (binary, mm) to ``folder``, each where it starts.
-
-    Made if it is not there. Raises :class:`ResourceError`.
-    """
+    """Write stamp.stl, die.stl and holder.stl (binary, mm), where they start. Raises :class:`ResourceError`."""
     import meshio
 
     try:
@@ -165,14 +149,10 @@ TRAVEL = {"stamp": ("stamp_travel_mm", -1.0), "holder": ("holder_travel_mm", 1.0
 
 
 def moved_tools(tools: ToolSet, history: History) -> list[Body]:
-    """Meshes of ``tools``, moved by their travel at the times of the frames, between rows of the curve by the line
-    through them.
-    """
+    """Meshes of ``tools``, moved by their travel in each frame."""
     found = []
     for name, tool in tools.by_name.items():
-        offset = np.zeros((len(history.frames), 3))
-        if name in TRAVEL:
-            column, way = TRAVEL[name]
-            offset[:, 2] = way * at_frames(history, column)
+        column, way = TRAVEL.get(name, ("", 1.0))
+        offset = offsets(history, {2: column} if column else {}, way)
         found.append(Body(name, tool.solid.points, tool.solid.triangles, offset))
     return found

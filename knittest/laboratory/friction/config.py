@@ -1,4 +1,4 @@
-"""Config of the friction test: fields, presets, the size that is shown, and the origin of its results."""
+"""Config of the friction test: fields, presets, and the origin of its results."""
 
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
@@ -65,14 +65,11 @@ BEAMS = {"meso": {"elements_per_loop": 22, "elements_per_wave": 6}}
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     """Settings of ``preset`` at ``scale``.
 
-    What slides must not be held back by damping: m c v is a force; the test is seen from the clamp, where the strip
-    hardly moves. Penalties grow with the inverse square of the step: plates want them stiff. What slides of yarns is
-    the loops' crowns, and 22 and 6 are the 26,000 beams of the paper's strip; with 30 and 8 the pull force changes by
-    0.6 %, the compression by 4 %. A narrow strip of yarns is under the pressure of the paper's.
-
-    Speed, ramp and ``rig.membrane_share`` of yarns against half the speed, a third of the ramp and the whole axial
-    stiffness, at 2000 N, quick, both directions of variants 1 and 2: kinetic force within 0.15 %, static force -0.6 to
-    +1.3 %, compression +0.6 to +4 % (0.007 mm), in 0.25 to 0.33 of the processor time.
+    Damping must not hold back what slides, and plates need stiff penalties, so small steps. The beams of yarns, 22 and
+    6, are those of the paper's strip; with 30 and 8 the pull force changes by 0.6 %, the compression by 4 %. Speed,
+    ramp and ``rig.membrane_share`` against half the speed, a third of the ramp and the full stiffness at 2000 N (quick,
+    both variants and directions): kinetic force within 0.15 %, static -0.6 to +1.3 %, compression +0.6 to +4 %, a third
+    of the time.
     """
     if scale == "macro":
         return {"model": BEAMS, "solver": {"speed": 1.0, "ramp": 0.5, "damping": 1.0, "safety": 0.55}}
@@ -85,18 +82,6 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def stated(run: FrictionRun) -> tuple[str, ...]:
-    """Size of the strip and what acts on it, in words."""
-    rig = run.rig
-    plate = f"plates {rig.plate_length:g} x {rig.plate_width:g} mm"
-    return f"strip {rig.length:g} x {rig.width:g} mm", plate, f"pressed by {rig.normal_force:g} N"
-
-
-def sheet(run: FrictionRun) -> tuple[float, float]:
-    """Length and width [mm] of the sheet of shells."""
-    return run.rig.length, run.rig.width
-
-
 class FrictionOrigin(Origin[FrictionRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
@@ -105,15 +90,10 @@ class FrictionOrigin(Origin[FrictionRun]):
         return assumed_friction(run)
 
     def gave(self, run: FrictionRun, path: Path) -> str:
-        """The coefficients, of the fabric's own friction tests, which its file gives to the rig."""
-        own = run.fabric.experiment
-        if own is None or not _is_own(run):
+        """Coefficients of the fabric's own friction tests, which its file gives to the rig."""
+        own, kind = run.fabric.experiment, run.rig.kind
+        fields = own_fields(run.fabric.rigs.get(kind, {}), kind, run.rig.direction)
+        if own is None or "kinetic_coefficient" not in fields:
             return ""
         of_its_own = path.resolve().is_relative_to((data_dir() / own).resolve())
-        return "its coefficients were given to the run" if of_its_own else ""
-
-
-def _is_own(run: FrictionRun) -> bool:
-    """Tell whether the fabric gives the rig of ``run``, in its direction, a coefficient."""
-    kind = run.rig.kind
-    return "kinetic_coefficient" in own_fields(run.fabric.rigs.get(kind, {}), kind, run.rig.direction)
+        return "the run uses its coefficients" if of_its_own else ""

@@ -18,8 +18,11 @@ KIND = TestKind(
     run="knittest.laboratory.friction.config:FrictionRun",
     test="knittest.laboratory.friction.test:Friction",
     report="knittest.laboratory.friction.report:FrictionReport",
-    size="knittest.laboratory.friction.config:stated",
-    sheet="knittest.laboratory.friction.config:sheet",
+    size=(
+        "strip {rig.length:g} x {rig.width:g} mm", "plates {rig.plate_length:g} x {rig.plate_width:g} mm",
+        "pressed by {rig.normal_force:g} N",
+    ),
+    sheet=("length", "width"),
     labels={
         "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),
         "pull_force_static_n": ("pull force, largest [N]", "{:.1f}"),

@@ -16,7 +16,7 @@ from knittest.experiment.lab_units import plain
 from knittest.experiment.statistics import Array, band
 from knittest.laboratory.friction.config import FrictionRig
 
-#: length of strip that sticks out of long plates besides the travel [mm]
+#: length of strip outside the plates besides the travel [mm]
 STICKS_OUT = 40.0
 #: last share of the travel, whose mean force is the kinetic one; the largest before it is the static one: as in a run
 KINETIC_SHARE = 0.5
@@ -30,10 +30,7 @@ UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1
 
 @dataclass(frozen=True)
 class Rubbed(Origin):
-    """Travel [mm] from the start and pull force [N] of one strip, (n,) each; ``faces`` of it rub.
-
-    ``largest`` is the largest force at each travel; ``sizes`` are normal force [N], length and width [mm] of plates.
-    """
+    """Travel [mm] and pull force [N] of a strip, (n,); ``sizes``: normal force [N], length and width [mm] of plates."""
 
     travel: Array
     force: Array
@@ -62,14 +59,14 @@ def _rubbed(r: Recording) -> Rubbed:
     travel, force, largest = travel[rows] - travel[0], way_out[rows], np.maximum.reduceat(way_out, rows)
     if len(travel) < 3 or not TRAVELS[0] <= travel[-1] <= TRAVELS[1]:
         raise InputError(
-            f"{r.where}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm: expected at least 3, over "
+            f"{r.where}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm; expected at least 3, over "
             f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
         )
     free = checks.tared(force, given.preload, r.where)
     if "coefficient" in r.values:
         faces = "both faces together" if given.faces == 2 else "one face"
         origin["notes"] += (
-            f"coefficient of friction: taken as pull force over normal force, F_R/F_N, of {faces} (--faces)",
+            f"coefficient of friction: read as pull force over normal force, F_R/F_N, of {faces} (--faces)",
         )
     return Rubbed(
         **origin, travel=travel, force=free, largest=largest + (free[0] - force[0]),
@@ -78,18 +75,14 @@ def _rubbed(r: Recording) -> Rubbed:
 
 
 def _results(strips: Sequence[Rubbed]) -> Results:
-    """Pull forces and coefficients.
-
-    ``mu_paper`` is F_R / F_N of a strip between two plates (Eq. 3 of Pham et al., 2019), ``mu_per_face`` half of it. Of
-    a strip that rubs on one face alone the pull forces are no rows: they are those of another test.
-    """
+    """Pull forces and coefficients; forces of a strip that rubs on one face are those of another test."""
     sizes = [(what, common(what, [s.sizes[k] for s in strips], strips)) for k, what in enumerate(SIZES)]
     static, kinetic = np.array([[s.static, s.kinetic] for s in strips]).T
     faces, normal = strips[0].faces, np.array([s.sizes[0] for s in strips])
     at_rest, per_face = (force / (faces * normal) for force in (static, kinetic))  # F_R / (faces F_N)
     for s, force, mu in zip(strips, kinetic, per_face, strict=True):
-        told = f"{force:.4g} N of pull under {s.sizes[0]:g} N is a coefficient of {mu:.4g} a face"
-        checks.refuse_implausible(s, mu, COEFFICIENTS, told, "", force)
+        text = f"a pull force of {force:.4g} N under {s.sizes[0]:g} N is a coefficient of {mu:.4g} per face"
+        checks.refuse_implausible(s, mu, COEFFICIENTS, text, "", force)
     checks.refuse_apart(strips, per_face, "coefficient of a face", "")
     found = {"mu_paper": 2.0 * per_face, KINETIC: per_face, STATIC: at_rest}
     if faces == 2:
@@ -106,7 +99,7 @@ def _results(strips: Sequence[Rubbed]) -> Results:
         ],
         [
             f"kinetic: mean over the last half of the travel; static: largest before it; {rubbing} (--faces)",
-            "pull forces are taken as those of the strip alone: what the empty rig takes must have been subtracted",
+            "pull forces must be those of the strip alone: subtract the force of the empty rig before",
         ],
         Curves(
             curves, corridor, ("displacement_mm", "pull_force_n", "pull_force_sd_n"), ("travel [mm]", "pull force [N]")
@@ -115,7 +108,6 @@ def _results(strips: Sequence[Rubbed]) -> Results:
 
 
 def _rig(test: dict[str, Any]) -> dict[str, float]:
-    """Coefficients of a face, normal force and plates, with a strip that they cover and that can be gripped."""
     sizes, kinetic, usual = test["conditions"], test[KINETIC]["mean"], FrictionRig()
     found = {
         "static_coefficient": max(test.get(STATIC, test[KINETIC])["mean"], kinetic), "kinetic_coefficient": kinetic,
@@ -130,9 +122,7 @@ def _rig(test: dict[str, Any]) -> dict[str, float]:
 
 
 def _rigs(rubbed: Rigs) -> Rigs:
-    """Fields by direction; tools of forming get the mean friction of both, or that of the one that was tested, under
-    its name: so runs of the other and of forming know that it is taken over.
-    """
+    """Fields by direction; tools of forming get the mean friction of both, or one direction's under its name."""
     fields = ("static_coefficient", "kinetic_coefficient")
     forming: dict[str, Any] = {d: {field: one[field] for field in fields} for d, one in rubbed.items()}
     if len(rubbed) > 1:

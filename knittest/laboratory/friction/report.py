@@ -9,51 +9,27 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.figure import GREY, new_figure, save
 from knittest.base.history import Array, Body, Specimen
-from knittest.base.kinds import kinds
 from knittest.experiment.conditions import same
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, left_out, with_note
-from knittest.export.line_picture import Level, Line, line_picture
+from knittest.export.line_picture import Level
 from knittest.laboratory.friction.config import FrictionRun
-from knittest.laboratory.friction.rig import (
-    KINETIC_SHARE,
-    PLATES,
-    plate_centres,
-    plate_lengths,
-    pressure_map,
-    pull_axis,
-)
-from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, Friction, map_cell
+from knittest.laboratory.friction.rig import KINETIC_SHARE, PLATES, plates, pressure_map, pull_axis
+from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
 from knittest.laboratory.given_data import imported_corridor
-from knittest.laboratory.report_base import (
-    Columns,
-    CurveAxes,
-    Gate,
-    NoSize,
-    References,
-    Report,
-    draw_energies,
-    energy_gates,
-    scatter,
-    title_of,
-)
-from knittest.laboratory.strips import at_frames, plate_block
+from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, title_of
+from knittest.laboratory.strips import offsets, two_plates
 
 #: lengths of the picture [inch]: a map across, what lies left and right of it, above and below both, above each
 WIDE, LEFT, RIGHT, TOP, BOTTOM, HEAD = 7.8, 0.8, 1.4, 0.65, 1.0, 0.55
-#: least height of the scale [inch]
-SCALE = 1.6
-#: share of the loaded cells that the colours span; the few above have the last colour
-SPANNED = 99.0
+#: least height of the scale [inch], and share of the loaded cells that the colours span
+SCALE, SPANNED = 1.6, 99.0
 
 
 def pressure_picture(
     path: Path, x: Array, y: Array, pressure: Mapping[str, Array], *, along: str, title: str, note: str
 ) -> None:
-    """Maps of ``pressure`` [MPa] by face, (n_x, n_y) each, between the edges ``x`` and ``y`` [mm].
-
-    The strip lies across the page: ``along`` is the axis of the pull, ``x`` or ``y``. Raises :class:`ResourceError`.
-    """
+    """Maps of ``pressure`` [MPa] by face, (n_x, n_y), between edges ``x``, ``y`` [mm]; the pull is ``along`` x or y."""
     long, across = (x, y) if along == "x" else (y, x)
     high = WIDE * float(np.ptp(across) / np.ptp(long))
     both = max(len(pressure) * (high + HEAD), SCALE)
@@ -86,21 +62,7 @@ def pressure_picture(
     save(figure, path)
 
 
-def _of_a_face(row: PublishedValue) -> PublishedValue:
-    """F_R/F_N of a strip between two faces as the coefficient of one."""
-    return with_note(replace(row, quantity="mu_per_face", mean=0.5 * row.mean, sd=0.5 * row.sd), "half of F_R/F_N")
-
-
-def _under(row: PublishedValue, normal: float) -> PublishedValue:
-    """A pull force under a ``normal`` force [N], which it grows with."""
-    tested = row.conditions.normal_force_n or normal
-    if same(tested, normal):
-        return row
-    scaled = replace(row, mean=row.mean * normal / tested, sd=row.sd * normal / tested)
-    return with_note(scaled, f"under {normal:g} instead of {tested:g} N")
-
-
-class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
+class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
@@ -109,15 +71,21 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
     placed_by = ("lower_face_mm", "upper_face_mm")
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Pull forces under the normal force of the run, by Coulomb's law, and said so; without those of a table that
-        states none. Coefficients as they are; that of a face is half of F_R/F_N where a table has only that.
-        """
-        found = [row for row in rows if not row.quantity.startswith("pull_force")]
-        names = {row.quantity for row in rows}
-        if "mu_per_face" not in names:
-            found += [_of_a_face(row) for row in rows if row.quantity == "mu_paper"]
-        pulled = [row for row in rows if row.quantity.startswith("pull_force")]
-        return [_under(row, run.rig.normal_force_n) for row in pulled if row.conditions.normal_force_n] + found
+        """Pull forces under the run's normal force, by Coulomb's law; half of F_R/F_N for a missing mu_per_face."""
+        found, forces, normal = [], [], run.rig.normal_force_n
+        for row in rows:
+            tested = row.conditions.normal_force_n
+            if not row.quantity.startswith("pull_force"):
+                found.append(row)
+            elif tested and same(tested, normal):
+                forces.append(row)
+            elif tested:
+                scaled = replace(row, mean=row.mean * normal / tested, sd=row.sd * normal / tested)
+                forces.append(with_note(scaled, f"under {normal:g} instead of {tested:g} N"))
+        if "mu_per_face" not in {row.quantity for row in rows}:
+            halves = [replace(row, mean=0.5 * row.mean, sd=0.5 * row.sd) for row in rows if row.quantity == "mu_paper"]
+            found += [with_note(replace(row, quantity="mu_per_face"), "half of F_R/F_N") for row in halves]
+        return forces + found
 
     def apart(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[str]:
         """Pull forces of a table that states no normal force."""
@@ -126,44 +94,40 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
         return left_out((row, "" if row.conditions.normal_force_n else unknown) for row in forces)
 
     def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """Curve as it is; raises :class:`InputError` for one under another normal force than the run's, or an unknown
-        one.
-        """
+        """``curve``; raises :class:`InputError` for one under another or an unknown normal force."""
         normal, tested = run.rig.normal_force_n, curve.conditions.normal_force_n
         if tested is None or not same(tested, normal):
             stated = "an unknown normal force" if tested is None else f"{tested:g} N"
             raise InputError(
-                f"{curve.file or curve.source}: {curve.y_name} under {stated}, the run presses with {normal:g} N: "
-                "expected rig.normal_force of the test, and '# normal_force_n: ...' in the header (or --normal-force)"
+                f"{curve.file or curve.source}: {curve.y_name} under {stated}, in the run under {normal:g} N: set "
+                "rig.normal_force to that of the test, stated by '# normal_force_n: ...' in the header (--normal-force)"
             )
         return super().matched(run, curve)
 
     def levels(self, run: FrictionRun) -> list[Level]:
         """Coulomb's levels of two faces."""
-        rig = run.rig
-        level = 2.0 * rig.kinetic_coefficient * rig.normal_force
-        levels = [Level(level, f"two faces, kinetic: 2 x {rig.kinetic_coefficient:.4g} x {rig.normal_force:g} N")]
-        if rig.static_coefficient != rig.kinetic_coefficient:
-            most = 2.0 * rig.static_coefficient * rig.normal_force
-            levels.append(Level(most, f"two faces, static: 2 x {rig.static_coefficient:.4g} x {rig.normal_force:g} N"))
-        return levels
+        force, by_name = run.rig.normal_force, {"kinetic": run.rig.kinetic_coefficient}
+        if run.rig.static_coefficient != run.rig.kinetic_coefficient:
+            by_name["static"] = run.rig.static_coefficient
+        return [
+            Level(2.0 * mu * force, f"two faces, {name}: 2 x {mu:.4g} x {force:g} N") for name, mu in by_name.items()
+        ]
 
     def gates(self, run: FrictionRun) -> list[Gate]:
-        """Standard gates, and the force that presses the plates."""
+        """Standard checks, normal force and penetration of the plates."""
         return [
-            *energy_gates(run),
-            Gate("normal force off", "results", "normal_force_error_pct", 100.0 * FORCE_TOLERANCE),
+            *super().gates(run),
+            Gate("normal force off", "results", "normal_force_error_pct", FORCE_TOLERANCE),
             Gate(
                 "plate penetration over element deformation", "results", "penetration_over_deformation_pct",
-                100.0 * PENETRATION_TOLERANCE,
+                PENETRATION_TOLERANCE,
             ),
         ]  # fmt: skip
 
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
-        """The fabric's own strips under the same normal force; of the paper's fabrics no curve is published."""
-        curve = imported_corridor(run, kinds()[run.rig.kind].published)
-        pressed = None if curve is None else curve.conditions.normal_force_n
-        if curve is None or pressed is None or not same(pressed, run.rig.normal_force_n):
+        """Corridor of the fabric's own strips under the same normal force."""
+        curve = imported_corridor(run)
+        if curve is None or not same(curve.conditions.normal_force_n or 0.0, run.rig.normal_force_n):
             return None
         return self.matched(run, curve)
 
@@ -172,31 +136,17 @@ class FrictionReport(NoSize[FrictionRun], Report[FrictionRun]):
         return {"pressure.csv": pressure_map(specimens[0].history, map_cell(run)).table()}
 
     def placed(self, run: FrictionRun, specimen: Specimen) -> list[Body]:
-        """Both plates: drawn off the strip together, the upper one free to rise and fall."""
+        """Both plates, of which the upper one is free along z."""
         history, axis = specimen.history, pull_axis(run)
         faces = specimen.facts["lower_face_mm"], specimen.facts["upper_face_mm"]
-        centres = plate_centres(run.rig, axis, history.frames[0].position, faces)
-        offset = np.zeros((2, len(history.frames), 3))
-        offset[:, :, axis] = -at_frames(history, "displacement_mm")
-        offset[1, :, 2] = at_frames(history, "plate_travel_mm")
-        lengths = plate_lengths(run.rig, axis)
-        names = ("lower plate", "upper plate")
-        placed = zip(names, centres, offset, strict=True)
-        return [plate_block(name, centre, lengths, moved) for name, centre, moved in placed]
+        centres, lengths = plates(run.rig, axis, history.frames[0].position, faces)
+        lower = offsets(history, {axis: "displacement_mm"}, -1.0)
+        upper = lower + offsets(history, {2: "plate_travel_mm"})
+        return two_plates(centres, lengths, (lower, upper))
 
-    def pictures(self, run: FrictionRun, specimens: list[Specimen], references: References, folder: Path) -> None:
-        """curve.png with the Coulomb level, energies.png, pressure.png."""
-        lines = [
-            Line(s.history.curve["displacement_mm"], s.history.curve["pull_force_n"], f"simulated, specimen {k + 1}")
-            for k, s in enumerate(specimens)
-        ]
-        lines += [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
-        line_picture(
-            folder / "curve.png", lines, title=title_of(run), xlabel=self.axes.xlabel, ylabel=self.axes.ylabel,
-            levels=self.levels(run), bands=scatter(references.curves),
-        )  # fmt: skip
-        draw_energies(run, specimens, folder, Friction().span)
-        found = pressure_map(specimens[0].history, map_cell(run))
+    def draw_specimen(self, run: FrictionRun, specimen: Specimen, folder: Path) -> None:
+        """Draw pressure.png."""
+        found = pressure_map(specimen.history, map_cell(run))
         low, travel = (1.0 - KINETIC_SHARE) * run.rig.travel, run.rig.travel
         forces = " and ".join(f"{f:.0f} N ({name})" for f, name in zip(found.force, PLATES, strict=True))
         pressure_picture(

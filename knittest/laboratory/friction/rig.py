@@ -1,50 +1,46 @@
-"""Friction: a strip between two plates, pressed together under force control, is pulled out by one end; the pressure
-between them.
+"""Friction: a strip between two plates, pressed together under force control, is pulled out; the pressure between them.
 
-Seen from the clamp: it stands still and the plates are drawn off the strip, which is the same test at constant speed.
-So the strip is nearly at rest, and damping and inertia take nothing of the pull force.
+In the model the clamp stands still and the plates move, which is the same test at constant speed: the strip is nearly
+at rest, so damping and inertia do not change the pull force.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from knittest.base.history import History, Mesh
+from knittest.base.history import Array, History, Mesh
+from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.friction.config import FrictionRig, FrictionRun
-from knittest.laboratory.strips import AXIS
+from knittest.laboratory.strips import AXIS, creeping
 from knittest.models.boundary import Boundary, Readings
-from knittest.models.tool import Table, plate, ramp
+from knittest.models.tool import plate, ramp
 
-Array = NDArray[np.float64]
-
-#: time over which the normal force is applied and over which it then settles [ms]
-PRESS, SETTLE = 1.0, 0.5
-#: time at which the pull begins [ms]
-PRESSED = PRESS + SETTLE
+#: time over which the normal force is applied, then settles, and at which the pull begins [ms]
+PRESS, SETTLE, PRESSED = 1.0, 0.5, 1.5
 #: share of the travel, at its end, over which the kinetic level and the pressure are means
 KINETIC_SHARE = 0.5
-#: travel at a share of the speed, in which a strip of shells lets go: a faster strip swings when it does [mm]
+#: travel [mm] at a share of the speed, in which a strip of shells begins to slip: a faster one would swing
 CREEP, CREEP_SHARE = 0.5, 0.05
 #: thickness of the plates and radius of their edges, outside their nominal size [mm]
 THICKNESS, EDGE = 10.0, 1.0
 
 
-class FrictionTest:
+class FrictionTest(TestRig):
     """Plates at heights ``faces`` (lower, upper) [mm], a strip along ``axis``; contact ``radius`` [mm] of its nodes."""
 
     coordinate, force = "displacement_mm", "pull_force_n"
-    marks: tuple[float, ...] = ()
-    mounted_at, locks = 0.0, False
 
     def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius
-        self.pull = _pull(run.solver.speed_mm_per_ms, run.solver.ramp_ms)
+        self.facts = {"lower_face_mm": faces[0], "upper_face_mm": faces[1]}
+        self.ring_length = self.rig.length_mm
+        speed = run.solver.speed_mm_per_ms
+        full = PRESSED + 0.5 * run.solver.ramp_ms + CREEP / (CREEP_SHARE * speed)
+        self.pull = creeping(-speed, CREEP_SHARE, run.solver.ramp_ms, PRESSED, full)
         end = self.pull.time[-1]
-        rest = run.rig.travel_mm + self.pull.integral(end)
-        self.kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.travel_mm
-        self.averaged_from = end + max(self.kinetic_from + self.pull.integral(end), 0.0) / run.solver.speed_mm_per_ms
-        self.duration = end + rest / run.solver.speed_mm_per_ms
+        kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.travel_mm
+        self.averaged_from = end + max(kinetic_from + self.pull.integral(end), 0.0) / speed
+        self.duration = end + (run.rig.travel_mm + self.pull.integral(end)) / speed
 
     def constrain(self, boundary: Boundary) -> None:
         """Plates under all but the pulled end of the strip, which is gripped."""
@@ -52,9 +48,11 @@ class FrictionTest:
         along = position[:, self.axis]
         boundary.radius[:] = self.radius
         mass, pull = float(boundary.model.mass.sum()), boundary.table(self.pull)
-        boundary.grip(np.flatnonzero(along >= along.max() - self._grip(along)), "xyz"[self.axis])
-        lengths = plate_lengths(self.rig, self.axis)
-        for centre, side in zip(plate_centres(self.rig, self.axis, position, self.faces), (-1.0, 1.0), strict=True):
+        # gripped is the last tenth of what lies outside the plates
+        grip = 0.1 * (float(np.ptp(along)) - self.rig.plate_length_mm)
+        boundary.grip(np.flatnonzero(along >= along.max() - grip), "xyz"[self.axis])
+        centres, lengths = plates(self.rig, self.axis, position, self.faces)
+        for centre, side in zip(centres, (-1.0, 1.0), strict=True):
             tool = plate(centre, lengths, EDGE)
             tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
             tool.motion[self.axis] = pull
@@ -62,14 +60,6 @@ class FrictionTest:
                 tool.motion[2], tool.load[2] = -2, boundary.table(ramp(PRESS, -self.rig.normal_force_n))
                 tool.mass = mass  # without drag: its loss would exceed 5 % of the pressing work
             boundary.add_tool(tool)
-
-    def _grip(self, along: Array) -> float:
-        """Length of the end that is gripped: the last tenth of what sticks out of the plates."""
-        return 0.1 * (float(np.ptp(along)) - self.rig.plate_length_mm)
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along the strip."""
-        return self.rig.length_mm / wave_speed
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Travel of the clamp against the plates, pull force, force on the lower plate and height of the upper one."""
@@ -82,42 +72,20 @@ class FrictionTest:
             "plate_travel_mm": float(readings.tool_position[1, 2]) - self.faces[1] - 0.5 * THICKNESS,
         }
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Only the travel ends the test."""
-        return False
-
 
 def pull_axis(run: FrictionRun) -> int:
-    """Axis along which the strip is pulled, 0: x, 1: y; shells always lie along y."""
+    """Axis (0: x, 1: y) along which the strip is pulled: always y of shells."""
     return AXIS[run.rig.direction] if run.model.scale == "meso" else 1
 
 
-def plate_lengths(rig: FrictionRig, axis: int) -> Array:
-    """Lengths (3,) [mm] of a plate with its rounded edges, for a strip along ``axis``."""
-    lengths = np.full(3, THICKNESS)
-    lengths[axis] = rig.plate_length_mm + 2.0 * EDGE
-    lengths[1 - axis] = rig.plate_width_mm + 2.0 * EDGE
-    return lengths
-
-
-def plate_centres(rig: FrictionRig, axis: int, position: Array, faces: tuple[float, float]) -> Array:
-    """Centres (2, 3) [mm] of the plates with their ``faces`` (lower, upper) [mm] on a strip with nodes at ``position``
-    (n, 3): they begin at the end that is not pulled.
-    """
+def plates(rig: FrictionRig, axis: int, position: Array, faces: tuple[float, float]) -> tuple[Array, Array]:
+    """Centres (2, 3) and lengths (3,) [mm] of plates with ``faces`` on a strip of nodes (n, 3), from its free end."""
     low, high = position.min(axis=0), position.max(axis=0)
-    centres = np.tile(0.5 * (low + high), (2, 1))
+    centres, lengths = np.tile(0.5 * (low + high), (2, 1)), np.full(3, THICKNESS)
     centres[:, axis] = low[axis] + 0.5 * rig.plate_length_mm
     centres[:, 2] = [faces[0] - 0.5 * THICKNESS, faces[1] + 0.5 * THICKNESS]
-    return centres
-
-
-def _pull(speed: float, ramp_time: float) -> Table:
-    """Velocity of the plates [mm/ms] over time [ms]: at rest, creeping, at full speed, each after a smooth ramp."""
-    slow, faster = ramp(ramp_time, -CREEP_SHARE * speed), ramp(ramp_time, -(1.0 - CREEP_SHARE) * speed)
-    start = PRESSED
-    creeping = start + 0.5 * ramp_time + CREEP / (CREEP_SHARE * speed)
-    time = (0.0, *(start + t for t in slow.time), *(creeping + t for t in faster.time))
-    return Table(time, (0.0, *slow.value, *(slow.value[-1] + v for v in faster.value)))
+    lengths[[axis, 1 - axis]] = rig.plate_length_mm + 2.0 * EDGE, rig.plate_width_mm + 2.0 * EDGE
+    return centres, lengths
 
 
 #: tools of the friction rig, in their order: the lower plate lies on the technical back, the upper on the face
@@ -147,11 +115,7 @@ class PressureMap:
 
 
 def pressure_map(history: History, cell: float) -> PressureMap:
-    """Mean pressure in square cells of side ``cell`` [mm], from ``history.tool_force`` in the last frame.
-
-    The force on a node is shared evenly by its elements and counts at their centres, so that a shell at the edge, with
-    fewer nodes of its own, shows the pressure that it has. The sum over all cells is the normal force.
-    """
+    """Mean pressure in cells of side ``cell`` [mm] in the last frame; elements share the force on a node evenly."""
     mesh, position = history.mesh, history.frames[-1].position
     centre = position[mesh.cells].mean(axis=1)[:, :2]
     forces = [_on_elements(mesh, force) for force in history.tool_force]
@@ -167,7 +131,6 @@ def _on_elements(mesh: Mesh, force: Array) -> Array:
 
 
 def _edges(at: Array, cell: float) -> Array:
-    """Edges of cells about the points, with the same margin at both ends."""
     low, high = float(at.min()), float(at.max())
     count = int((high - low) / cell + 1e-6) + 1
     half = 0.5 * cell * count
@@ -180,6 +143,5 @@ def shares(history: History) -> dict[str, float]:
     total = np.zeros(len(mesh.part_names))
     for force in history.tool_force:
         total += np.bincount(mesh.part, _on_elements(mesh, force), len(mesh.part_names))
-    return {
-        name: 100.0 * float(v) / max(float(total.sum()), 1e-12) for name, v in zip(mesh.part_names, total, strict=True)
-    }
+    whole = max(float(total.sum()), 1e-12)
+    return {name: 100.0 * float(v) / whole for name, v in zip(mesh.part_names, total, strict=True)}

@@ -1,4 +1,4 @@
-"""Config of the picture frame test: fields, presets, the size that is shown, and the origin of its results."""
+"""Config of the picture frame test: fields, presets, and the origin of its results."""
 
 from itertools import pairwise
 from typing import Any, ClassVar, Literal, Self
@@ -40,31 +40,29 @@ class PictureFrameRig(Rig):
     )  # fmt: skip
     mounting_slack_fraction: ClassVar[Kernel[float]] = Kernel("mounting_slack")
     membrane_share: float = number(
-        0.05,
-        "1",
-        "meso: share of the yarns' axial stiffness that is kept: none is pulled, and the step grows",
-        gt=0,
+        0.05, "1", "meso: share of the yarns' axial stiffness that is kept: none is pulled, and the step grows", gt=0,
         le=1,
-    )
+    )  # fmt: skip
     imperfection: float = number(0.05, "mm", "amplitude of the seeded unevenness from which wrinkles start", ge=0, le=5)
     imperfection_mm: ClassVar[Kernel[float]] = Kernel("imperfection")
 
     @model_validator(mode="after")
-    def _frame_holds_the_square(self) -> Self:
+    def _frame_can_move(self) -> Self:
         if self.frame_side is not None and self.frame_side < self.side:
-            raise BoundsError(f"must be at least that of the square, {self.side:g} mm", "frame_side")
-        return self
-
-    @model_validator(mode="after")
-    def _turns_are_turns(self) -> Self:
+            raise BoundsError(f"must be at least the side of the square, {self.side:g} mm", "frame_side")
         if self.turns and self.cycles:
-            raise BoundsError("are those of a frame that ends at max_angle: leave out turns, or cycles", "turns")
+            raise BoundsError("cannot be combined with cycles: leave out one of both", "turns")
         ways = [b - a for a, b in pairwise([0.0, *self.turns, self.max_angle])]
         if any(way == 0.0 or (way > 0.0) != (k % 2 == 0) for k, way in enumerate(ways)):
-            raise BoundsError("must go up and down in turn, and up to max_angle at the end", "turns")
+            raise BoundsError("must alternate between loading and unloading, and end by loading to max_angle", "turns")
         if not all(0.0 <= angle <= self.max_angle for angle in self.turns):
             raise BoundsError(f"must lie between 0 and max_angle, {self.max_angle:g} deg", "turns")
         return self
+
+    @property
+    def outer_side(self) -> float:
+        """Side of the frame [mm], which is that of the square where none is given."""
+        return self.frame_side or self.side
 
     @property
     def stops(self) -> list[float]:
@@ -83,11 +81,7 @@ SIDE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
-    """Settings of ``preset`` at ``scale``; shear waves cross a large square later.
-
-    A frame that goes through cycles is driven at a sixth of the speed, of shells at a fifth, with ramps as much longer:
-    energies are judged from a small angle on, by which little work is done.
-    """
+    """Settings of ``preset`` at ``scale``; cycles are slower, as little work is done up to the first angle."""
     slower = {"macro": 5.0, "meso": 6.0}[scale] if stated("cycles") else 1.0
     model = {"meso": {"elements_per_loop": 30, "elements_per_wave": 4}}
     if scale == "macro":
@@ -97,23 +91,10 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     return {"model": model, "rig": {"side": side}, "solver": solver}
 
 
-def stated(run: PictureFrameRun) -> tuple[str, ...]:
-    """Size of the square and what acts on it, in words."""
-    rig = run.rig
-    return (f"square of {rig.side:g} mm in a frame of {rig.frame_side or rig.side:g} mm",)
-
-
-def sheet(run: PictureFrameRun) -> tuple[float, float]:
-    """Length and width [mm] of the sheet of shells."""
-    return run.rig.side, run.rig.side
-
-
 class PictureFrameOrigin(Origin[PictureFrameRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
     def fed(self, run: PictureFrameRun) -> RowKind:
         """Kind of the shear law that the shells return."""
-        law = run.fabric.macro.shear
-        if law.source in ("predicted", "tuned"):
-            return "predicted" if law.source == "predicted" else "tuned"
-        return "input"
+        source = run.fabric.macro.shear.source
+        return "predicted" if source == "predicted" else "tuned" if source == "tuned" else "input"

@@ -1,11 +1,11 @@
 """Record of the picture frame test."""
 
 from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
-from knittest.laboratory.records import CROSSINGS, LOOPS
+from knittest.laboratory.records import CROSSINGS, LOOPS, labels_at
 
 #: shear angles at which forces are compared [deg]
 _ANGLES = (10, 20, 30, 40)
-#: frames of 50 mm that both variants pass: at the preset's speed the loops of variant 2 move too fast at the start
+#: frames of 50 mm that both variants pass; at the preset's speed the loops of variant 2 move too fast at the start
 _SLOW = ("rig.max_angle=41", "solver.speed=2.2")
 
 KIND = TestKind(
@@ -22,26 +22,22 @@ KIND = TestKind(
     test="knittest.laboratory.picture_frame.test:PictureFrame",
     report="knittest.laboratory.picture_frame.report:PictureFrameReport",
     deck_force="bndout: sum of force times velocity over all nodes that move, over the crosshead's velocity",
-    size="knittest.laboratory.picture_frame.config:stated",
-    sheet="knittest.laboratory.picture_frame.config:sheet",
+    size=("square of {rig.side:g} mm in a frame of {rig.outer_side:g} mm",),
+    sheet=("side", "side"),
     sheared_to="rig.max_angle",
     study="knittest.laboratory.picture_frame.report:study",
     labels={
-        "shear_force_n_at_deg.10": ("shear force at 10 deg [N]", "{:.2f}"),
-        "shear_force_n_at_deg.20": ("shear force at 20 deg [N]", "{:.2f}"),
-        "shear_force_n_at_deg.30": ("shear force at 30 deg [N]", "{:.2f}"),
-        "shear_force_n_at_deg.40": ("shear force at 40 deg [N]", "{:.2f}"),
-        "normalised_shear_force_n_per_mm_at_deg.10": ("normalised shear force at 10 deg [N/mm]", "{:.4f}"),
-        "normalised_shear_force_n_per_mm_at_deg.20": ("normalised shear force at 20 deg [N/mm]", "{:.4f}"),
-        "normalised_shear_force_n_per_mm_at_deg.30": ("normalised shear force at 30 deg [N/mm]", "{:.4f}"),
-        "normalised_shear_force_n_per_mm_at_deg.40": ("normalised shear force at 40 deg [N/mm]", "{:.4f}"),
+        **labels_at("shear_force_n_at_deg", "shear force at {} deg [N]", "{:.2f}", _ANGLES),
+        **labels_at(
+            "normalised_shear_force_n_per_mm_at_deg", "normalised shear force at {} deg [N/mm]", "{:.4f}", _ANGLES
+        ),
         "material_shear_angle_deg_at_40deg": ("material shear at 40 deg, mean [deg]", "{:.2f}"),
         "material_shear_angle_sd_deg_at_40deg": ("material shear at 40 deg, sd [deg]", "{:.2f}"),
         "cycle_work_mj": ("work of the first loading [mJ]", "{:.2f}"),
         "cycle_loss_mj": ("loss of the first cycle [mJ]", "{:.2f}"),
         "cycle_loss_share_pct": ("loss of the first cycle, of its loading [%]", "{:.1f}"),
         "cycle_friction_share_pct": ("friction in the loss of the first cycle [%]", "{:.1f}"),
-        "cycle_residual_angle_deg": ("angle at which the force is gone on the way back [deg]", "{:.2f}"),
+        "cycle_residual_angle_deg": ("residual angle, where the force is gone on unloading [deg]", "{:.2f}"),
         "last_cycle_loss_share_pct": ("loss of the last cycle, of its loading [%]", "{:.1f}"),
         "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
         "wrinkle_onset_deg": ("wrinkle onset [deg]", "{:.1f}"),
@@ -68,8 +64,8 @@ KIND = TestKind(
     origin="knittest.laboratory.picture_frame.config:PictureFrameOrigin",
     hinges={"membrane_share": -1},
     studied=True,
-    # where no scatter is stored: a slack changed by 2e-9 of itself moves a frame of yarns by 0.5 %, its curve by 1 and
-    # its buckles by 0.8 % (two to four such runs); twice that and more is allowed
+    # without a stored scatter: a slack changed by 2e-9 of itself changes a frame of yarns by 0.5 %, its curve by 1 and
+    # its buckles by 0.8 % (two to four such runs); at least twice that is allowed
     regression=Regression(
         runs=(
             Regressed(3, "quick", "meso", "quick", SHEETS, ("rig.side=20",), "20mm", enlarges=True),

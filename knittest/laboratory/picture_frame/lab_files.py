@@ -1,7 +1,7 @@
 """Files of picture frames as ``knittest data`` takes them: forces at angles, a shear law, the rig of both, and cycles.
 
-A run's cycle begins and ends square, at a shear angle of zero, and all of its cycles turn at one angle: loops that come
-back less far, or turn elsewhere, enclose another area.
+A cycle of a run begins and ends at a shear angle of zero, and all cycles turn at one angle: loops with other ends
+enclose another area.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,7 +29,7 @@ STEP = 1.0
 LAW = (
     "# conjugate to the shear angle, per reference area; mean of the specimens over 1 deg, from the origin, not falling"
 )
-#: way back, as a share of the largest angle, from which on a frame has turned
+#: unloading, as a share of the largest angle, from which on a frame has turned
 TURNED = 0.1
 #: difference of two angles at which cycles turn, as a share, that does not matter: twice as much work
 SAME_TURN = 0.01
@@ -46,10 +46,7 @@ HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gon
 
 @dataclass(frozen=True)
 class Frame(shear.Sheared):
-    """Specimen with the sides [mm] of frame and fabric; ``force`` is that of the crosshead.
-
-    Where more follows these are ``cycles``, which turn at ``turn`` [deg], or why there are none (``not_cycled``).
-    """
+    """Specimen with sides [mm] of frame and fabric, and ``cycles`` that ``turn`` [deg], or why ``not_cycled``."""
 
     frame_side: float
     fabric_side: float
@@ -65,10 +62,10 @@ class Frame(shear.Sheared):
 
 
 def _frame(r: Recording) -> Frame:
-    """A shear angle counts before a displacement, which becomes one by the frame's side."""
+    """Read a shear angle, or convert the displacement to one by the frame's side."""
     origin, loading, (side, fabric) = r.read(), r.given.loading, r.needed(FRAME_SIDE, FABRIC_SIDE)
     if fabric > side * (1.0 + SAME):
-        raise InputError(f"{r.path}: a fabric side of {fabric:g} mm in a frame of {side:g} mm: which is which?")
+        raise InputError(f"{r.path}: fabric side {fabric:g} mm exceeds the frame side {side:g} mm: exchange the two")
     tested = shear.Tested(
         NAME, lambda travel: trellis.frame_angle(travel, side), (2.0 - 2.0**0.5) * side, f"a frame of {side:g} mm",
         "the frame square", FRAME_SIDE.option,
@@ -103,16 +100,16 @@ def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle
     worst = min(found, key=lambda one: one.loss)
     if not worst.work > 0.0 or worst.loss < -GIVEN_BACK * worst.work:
         raise InputError(
-            f"{where}: cycle {found.index(worst) + 1} takes {worst.work:.4g} mJ and gives back "
-            f"{worst.work - worst.loss:.4g} mJ: expected less: check the sign of the force and what of the empty frame "
-            "was subtracted"
+            f"{where}: cycle {found.index(worst) + 1} takes {worst.work:.4g} mJ and returns "
+            f"{worst.work - worst.loss:.4g} mJ, expected less: check the sign of the force and the subtracted force of "
+            "the empty frame"
         )
     back = slice(turns[1], turns[2] + 1)
     return [replace(found[0], residual=gone_at(angle[back], force[back])), *found[1:]]
 
 
 def gone_at(angle: Array, force: Array) -> float:
-    """Angle [deg] on a way back where the ``force`` is gone, on lines between means over :data:`GONE_STEP`, or nan."""
+    """Angle [deg] of unloading where the ``force`` is gone, between means over :data:`GONE_STEP`, or nan."""
     step = np.floor((angle.max() - angle) / GONE_STEP).astype(int)
     count = np.bincount(step)
     at, pull = (np.bincount(step, values)[count > 0] / count[count > 0] for values in (angle, force))
@@ -124,7 +121,7 @@ def gone_at(angle: Array, force: Array) -> float:
 
 
 def _turns(angle: Array) -> list[int]:
-    """Rows of the start, of all turns and of the last way's end."""
+    """Rows of the start, of all turns, and of the end."""
     least = TURNED * float(angle.max())
     found, last, sign = [0], 0, 1.0
     for row, value in enumerate(angle):
@@ -138,25 +135,25 @@ def _turns(angle: Array) -> list[int]:
 
 
 def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> None:
-    """Raise :class:`InputError` unless every way up from square to one angle has its way back to square."""
+    """Raise :class:`InputError` unless every loading from 0 to one angle has its unloading to 0."""
     tops, bottoms = turns[1::2], turns[2::2]
     if abs(angle[0]) > shear.SQUARE:
-        raise InputError(f"{where}: cycles start at {angle[0]:.3g} deg: expected 0 deg, within {shear.SQUARE:g}")
+        raise InputError(f"{where}: cycles start at {angle[0]:.3g} deg; expected 0 deg, within {shear.SQUARE:g}")
     for number, (top, bottom) in enumerate(zip(tops, bottoms, strict=False), 1):
         if abs(angle[bottom]) > shear.SQUARE:
             raise InputError(
-                f"{where}: cycle {number} comes back to {angle[bottom]:.3g} deg, with {force[bottom]:.3g} N: expected "
-                f"a way back to 0 deg, within {shear.SQUARE:g}, where cycles of a run end"
+                f"{where}: cycle {number} returns to {angle[bottom]:.3g} deg, with {force[bottom]:.3g} N; expected "
+                f"0 deg, within {shear.SQUARE:g}, where cycles of a run end"
             )
         if abs(angle[top] - angle[tops[0]]) > SAME_TURN * angle[tops[0]]:
             raise InputError(
-                f"{where}: cycle {number} turns at {angle[top]:.4g} deg, the first at {angle[tops[0]]:.4g} deg: "
-                "expected the same angle, rig.max_angle of a run"
+                f"{where}: cycle {number} turns at {angle[top]:.4g} deg, the first at {angle[tops[0]]:.4g} deg; "
+                "expected the same angle, as rig.max_angle of a run"
             )
     if len(bottoms) < len(tops):
         raise InputError(
-            f"{where}: {'the frame does not' if not bottoms else f'loading {len(tops)} does not'} come back from "
-            f"{angle[tops[-1]]:.4g} deg: expected a way back to 0 deg after each loading"
+            f"{where}: {f'loading {len(tops)}' if bottoms else 'the frame'} does not return from "
+            f"{angle[tops[-1]]:.4g} deg; expected unloading to 0 deg after each loading"
         )
 
 
@@ -165,7 +162,7 @@ def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], li
     first = next((s for s in frames if s.cycles), None)
     if first is None:
         return {}, []
-    alone = "give --loading first for the first loading alone, or import them apart"
+    alone = "use --loading first for the first loading alone, or import them separately"
     for s in frames:
         if len(s.cycles) != len(first.cycles):
             reason = f" ({s.not_cycled})" if s.not_cycled else ""
@@ -174,8 +171,7 @@ def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], li
         if abs(s.turn - first.turn) > SAME_TURN * first.turn:
             others = f"those of specimen {first.name} at {first.turn:.4g} deg"
             raise InputError(f"{s.where}: cycles turn at {s.turn:.4g} deg, {others}: {alone}")
-    area = np.array([(fabric / s.fabric_side) ** 2 for s in frames])
-    each = [s.cycles[0] for s in frames]
+    area, each = np.array([(fabric / s.fabric_side) ** 2 for s in frames]), [s.cycles[0] for s in frames]
     work, loss, share, residual = np.array([[one.work, one.loss, one.share, one.residual] for one in each]).T
     rows = {WORK: area * work, LOSS: area * loss, SHARE: share}
     rows |= {RESIDUAL: residual} if np.isfinite(residual).all() else {}
@@ -185,24 +181,21 @@ def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], li
 
 
 def _loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]:
-    """Angle that each specimen is sheared to and what of it is left out, and a table of the ``rows`` of cycles."""
+    """Largest angle of each specimen, what is left out, and a table of the ``rows`` of cycles."""
     lines = []
     for one in frames:
         reason = f"; no cycle: {one.not_cycled.rpartition(f'specimen {one.name}: ')[2]}" if one.not_cycled else ""
-        left = f", turns there: first loading alone{reason}" if one.turned and not one.cycles else ""
+        left = f", then unloads: first loading only{reason}" if one.turned and not one.cycles else ""
         lines.append(f"{one.name}: up to {one.angle[-1]:.3g} deg{left}")
     if rows:
         lines += table_lines([s.name for s in frames], [(HEADS[name], ".4g", v) for name, v in rows.items()])
     if rows and RESIDUAL not in rows:
-        lines.append("no angle at which the force is gone: it stays on the way back of a specimen")
+        lines.append("no residual angle: in a specimen the force does not vanish on unloading")
     return lines
 
 
 def _results(frames: Sequence[Frame]) -> Results:
-    """Crosshead forces [N] at angles for the sides of the series, the same in N/mm for any, and rows of cycles.
-
-    Curves are of the normalised shear force; ``shear.csv`` is a law for ``macro.shear``.
-    """
+    """Crosshead forces [N] and normalised forces [N/mm] at angles, rows of cycles, and a law for ``macro.shear``."""
     side = common(FRAME_SIDE, [s.frame_side for s in frames], frames)
     fabric = common(FABRIC_SIDE, [s.fabric_side for s in frames], frames)
     normalised, digests = shear.shear_forces(frames)
@@ -210,7 +203,7 @@ def _results(frames: Sequence[Frame]) -> Results:
     rows, conditions = _loops(frames, fabric)
     curves = shear.shear_curves(frames, "shear angle")
     law: dict[str, Array] = dict(zip((ANGLE, CONJUGATE), shear_law(curves.band), strict=True))
-    remark = "forces are taken as those of the fabric alone: that of the empty frame must have been subtracted before"
+    remark = "forces must be those of the fabric alone: subtract the force of the empty frame before"
     found, units = shear.shear_rows(frames, {NORMALISED: normalised, "shear_force_n": forces}, rows)
     return Results(
         found, units | UNITS, [(FRAME_SIDE, side), (FABRIC_SIDE, fabric), *conditions],
@@ -221,10 +214,7 @@ def _results(frames: Sequence[Frame]) -> Results:
 
 
 def shear_law(band: Corridor) -> tuple[Array, Array]:
-    """Angles [deg] and conjugate force S [N/mm], (n,), of the mean: from (0, 0), not falling, to the common end.
-
-    Means over whole steps of :data:`STEP`, and the end itself, by isotonic regression; S dgamma is work per area.
-    """
+    """Law of the mean: angles [deg] and conjugate force S [N/mm], (n,), from (0, 0), by isotonic regression."""
     from scipy.optimize import isotonic_regression
 
     angle = band.strain
@@ -238,7 +228,6 @@ def shear_law(band: Corridor) -> tuple[Array, Array]:
 
 
 def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
-    """Curve of the shear law."""
     if NAME not in tests:
         return {}
     test, curve = tests[NAME], (place / NAME / SHEAR).as_posix()
@@ -249,7 +238,6 @@ def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
 
 
 def _rig(test: dict[str, Any]) -> dict[str, float]:
-    """Both sides, and the angle that all specimens reach."""
     side, fabric = (test["conditions"][what.key] for what in (FRAME_SIDE, FABRIC_SIDE))
     return {"side": fabric, "frame_side": max(side, fabric), **shear.reached(test)}
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 BAR, ARM, CLAMP = "#59616a", "#c9ced4", "#2f353b"
-#: width of a bar over its length, share of a side that the arms of a wider frame have, length of the arrows likewise
+#: width of a bar, extent of the arms and length of the arrows, over the side of the frame
 WIDE, ARMS, ARROW = 0.035, 0.98, 0.16
 
 
@@ -36,14 +36,13 @@ class FrameShape:
 
     @property
     def reach(self) -> Array:
-        """Half the width and height of all that is drawn [mm], (2,)."""
+        """Half the width and height of the drawing [mm], (2,)."""
         arrow = np.array([0.0, (ARROW + 0.03) * self.frame])
-        found: Array = self.corners(self.frame * (1.0 + 2.0 * WIDE)).max(axis=0) + arrow
-        return found
+        return np.asarray(self.corners(self.frame * (1.0 + 2.0 * WIDE)).max(axis=0) + arrow)
 
 
 def draw_frame(axes: "Axes", shape: FrameShape) -> None:
-    """Draw the frame below what ``axes`` have, and fit their limits to it."""
+    """Draw the frame below the content of ``axes``, and fit their limits to it."""
     from matplotlib.patches import Polygon
 
     inner, outer = shape.corners(shape.fabric), shape.corners(shape.frame)
@@ -71,10 +70,7 @@ TALL, LEFT, RIGHT, TOP, BOTTOM = 5.9, 0.85, 1.3, 0.6, 1.0
 
 
 def height_picture(path: Path, x: Array, y: Array, height: Array, *, title: str, note: str, shape: FrameShape) -> None:
-    """Height map [mm] over x, y [mm], (n, m) each, nan outside, in the frame of ``shape``; ``note`` stands below.
-
-    Raises :class:`ResourceError`.
-    """
+    """Draw ``height`` [mm] over x, y [mm], (n, m), nan outside, in its frame. Raises :class:`ResourceError`."""
     from matplotlib.ticker import FixedLocator
 
     reach = shape.reach
@@ -117,10 +113,7 @@ SPANNED = 99.5
 def shear_picture(
     path: Path, table: Mapping[str, Array], places: Array, difference: Array, *, title: str, shape: FrameShape
 ) -> None:
-    """Columns of shear-angle.csv, and the difference [deg] at ``places`` [mm]: polygons (n, k, 2) or points (n, 2).
-
-    ``shape`` is the frame's then. Raises :class:`ResourceError`.
-    """
+    """Draw shear-angle.csv, and the difference [deg] at ``places`` [mm]: polygons (n, k, 2) or points (n, 2)."""
     x, y = shape.reach
     wide = SHEAR_TALL * x / y
     figure = new_figure(SHEAR_LEFT + CURVE + GAP + wide + SHEAR_RIGHT, SHEAR_TALL + AROUND)

@@ -1,13 +1,13 @@
 """Picture frame: four hinged sides shear a square of fabric; the crosshead pulls one diagonal.
 
-The model lies with the pulled diagonal along y, the other along x. With stretches p = cos(gamma/2) + sin(gamma/2) along
-y and q = cos(gamma/2) - sin(gamma/2) along x every point of the frame moves as (x q, y p), and the crosshead by
-d = sqrt(2) L (p - 1): Eq. 1 of Pham et al. (2019). A frame of longer sides than the fabric holds it by arms, which
-follow the frame and carry no shear. Before that the sides close in by the slack of the mounting.
+The pulled diagonal lies along y, the other along x. With stretches p = cos(gamma/2) + sin(gamma/2) along y and q =
+cos(gamma/2) - sin(gamma/2) along x every point of the frame moves as (x q, y p), and the crosshead by d = sqrt(2) L (p
+- 1): Eq. 1 of Pham et al. (2019). A frame with longer sides than the fabric holds it by arms, which follow the frame
+and carry no shear. Before the shear the sides close in by the slack of the mounting.
 
 The shear angle grows at a constant rate: the kinetic energy of evenly sheared fabric, m L^2 / 12 (p'^2 + q'^2) / 2, is
-then constant, so that its inertia does no work and the crosshead's force is that of the fabric at any speed. Damping
-acts on the velocity relative to that of evenly sheared fabric: it takes vibrations and hardly changes the force.
+then constant, so its inertia does no work and the crosshead's force is that of the fabric at any speed. Damping acts on
+the velocity relative to evenly sheared fabric: it damps vibrations and hardly changes the force.
 """
 
 from collections.abc import Sequence
@@ -17,9 +17,11 @@ from math import cos, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from knittest.base.history import Array, Body, History
 from knittest.fabric.strip import turned
+from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.pictures import ARMS, WIDE
 from knittest.laboratory.strips import at_frames, plate_block
@@ -33,17 +35,17 @@ ANGLES = (10.0, 20.0, 30.0, 40.0)
 KNOTS = 2000
 
 
-class PictureFrameTest:
-    """Shears all ``held`` nodes with the frame, forth and back between the angles of ``rig.turns``."""
+class PictureFrameTest(TestRig):
+    """Shear all ``held`` nodes with the frame, forth and back between the angles of ``rig.turns``."""
 
     coordinate, force = "frame_shear_angle_deg", "shear_force_n"
-    averaged_from = np.inf
     locks = True
 
     def __init__(self, run: PictureFrameRun, held: NDArray[np.int64], area: float) -> None:
-        """``area`` [mm2] is that of the fabric, which of yarns comes in whole pitches."""
+        """``area`` [mm2] of the fabric: in a meso model of whole pitches."""
         rig = run.rig
         self.fabric_side, self.held = sqrt(area), held
+        self.ring_length = self.fabric_side
         self.side = rig.side_mm if rig.frame_side_mm is None else rig.frame_side_mm
         self.slack = rig.mounting_slack_fraction
         start = run.solver.ramp_ms
@@ -69,7 +71,7 @@ class PictureFrameTest:
         return cos(half) + sin(half), cos(half) - sin(half)
 
     def constrain(self, boundary: Boundary) -> None:
-        """Sides hinged on each other carry the needles, on which the fabric may turn."""
+        """Move the needles with the sides of the frame; the fabric may turn on them."""
         times = self.times
         open_share = 1.0 - np.interp(times, self.close.time, self.close.value)
         p, q = np.array([self.stretches(t) for t in times]).T * open_share
@@ -82,19 +84,12 @@ class PictureFrameTest:
         boundary.move(self.held, "z")
 
     def carried(self, energies: dict[str, Array], mass: Array, start: Array) -> Array:
-        """Kinetic energy [mJ] at the rows of ``energies`` of nodes of ``mass`` (n,) that move from ``start`` (n, 3) as
-        the frame does.
-        """
+        """Kinetic energy [mJ] at the rows of ``energies`` of ``mass`` (n,) that moves from ``start`` with the frame."""
         time = energies["time_ms"]
         step = 1e-3 * self.duration
         before, after = (np.array([self.stretches(t + s) for t in time]) for s in (-0.5 * step, 0.5 * step))
         rate2 = ((after - before) / step) ** 2
-        kinetic: Array = 0.5 * (rate2[:, 0] * (mass @ start[:, 1] ** 2) + rate2[:, 1] * (mass @ start[:, 0] ** 2))
-        return kinetic
-
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along a side."""
-        return self.fabric_side / wave_speed
+        return np.asarray(0.5 * (rate2[:, 0] * (mass @ start[:, 1] ** 2) + rate2[:, 1] * (mass @ start[:, 0] ** 2)))
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Crosshead displacement, shear angle, the force that is work-conjugate to the displacement, and normalised."""
@@ -109,13 +104,9 @@ class PictureFrameTest:
             "normalised_shear_force_n_per_mm": float(normalised_force(force, angle, self.fabric_side, self.side)),
         }
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Only the largest angle ends the test."""
-        return False
-
 
 def starting(run: PictureFrameRun) -> float:
-    """Shear angle [deg] at which the frame has its rate, up to which it accelerates the fabric."""
+    """Shear angle [deg] up to which the frame accelerates the fabric."""
     side, ramp_ms = run.rig.frame_side_mm or run.rig.side_mm, run.solver.ramp_ms
     rate = sqrt(2.0) * run.solver.speed_mm_per_ms / side
     first = np.deg2rad(run.rig.stops[0])
@@ -123,10 +114,7 @@ def starting(run: PictureFrameRun) -> float:
 
 
 def _there_and_back(start: float, speed: float, stops: Sequence[float], halts: bool) -> Table:
-    """Rate [rad/ms] that from ``start`` [ms] on drives from 0 to each of ``stops`` [rad], smoothly within ``start``
-    from rest to ``speed`` and, before a turn, back; a way too short for that is driven slower. It ends at full
-    speed unless it ``halts``: a cycle that ends at rest, as it begins, holds no work of inertia.
-    """
+    """Rate [rad/ms] from 0 to each of ``stops`` [rad] from ``start`` [ms] on, smooth, to rest if it ``halts``."""
     time, value = [0.0], [0.0]
     begin = start
     for k, (here, there) in enumerate(pairwise([0.0, *stops])):
@@ -147,22 +135,19 @@ def _there_and_back(start: float, speed: float, stops: Sequence[float], halts: b
 
 #: bars at the ends of the weft, then at those of the warp
 NAMES = (("lower left bar", "upper right bar"), ("lower right bar", "upper left bar"))
-#: what a bar stands out above and below the fabric, over its width: little, for wrinkles are seen from the side
+#: height of a bar above and below the fabric over its width: small, so that wrinkles are seen from the side
 OUT = 0.2
 #: share by which a frame is wider than the fabric where it has arms
 WIDER = 1e-6
 
 
 def bars(history: History, sides: tuple[float, float]) -> list[Body]:
-    """Bars of a frame of ``sides`` along weft and warp [mm] about the origin, from hinge to hinge and outside the line
-    between them: those at the ends of the warp turn by half the shear angle, those at the ends of the weft back by it.
-    Arms reach to them where the fabric does not; they are sheared as the fabric is.
-    """
+    """Bars of a frame of ``sides`` along weft and warp [mm], from hinge to hinge, and arms to the fabric."""
     half = 0.5 * np.deg2rad(at_frames(history, "frame_shear_angle_deg"))
     stretch = np.column_stack([np.cos(half) - np.sin(half), np.cos(half) + np.sin(half), np.ones_like(half)])
     found = []
     for normal, names in enumerate(NAMES):
-        turn = _about_z(half if normal == 1 else -half)
+        turn = Rotation.from_euler("z", (half if normal == 1 else -half)[:, None]).as_matrix()
         for name, way in zip(names, (-1.0, 1.0), strict=True):
             bar = _flat_bar(name, history, sides, normal, way)
             middle = turned(np.eye(3)[None, normal] * 0.5 * way * sides[normal])
@@ -197,12 +182,3 @@ def _flat_bar(name: str, history: History, sides: tuple[float, float], normal: i
     lengths[normal] = wide
     body = plate_block(name, centre, lengths, np.zeros((len(history.frames), 3)))
     return replace(body, points=turned(body.points))
-
-
-def _about_z(angle: Array) -> Array:
-    """Matrices (n, 3, 3) that turn to the left by ``angle`` (n,) [rad]."""
-    turn = np.tile(np.eye(3), (len(angle), 1, 1))
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
-    turn[:, 1, 0] = np.sin(angle)
-    turn[:, 0, 1] = -turn[:, 1, 0]
-    return turn

@@ -1,21 +1,19 @@
-"""Homogenises a picture frame of yarns: its force as a shear law of the shells."""
+"""Shear law of the macro model from the force of a picture frame of yarns."""
 
 import json
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.files import make_folder, replacing
+from knittest.base.history import Array
 from knittest.config.base import Quantity
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
 from knittest.experiment.curves import START
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.materials.trellis import ANGLE, to_conjugate
-
-Array = NDArray[np.float64]
 
 #: width of the steps over which the frame's force is averaged [deg]
 STEP = 2.5
@@ -27,10 +25,8 @@ FRAME_ANGLE, NORMALISED = "frame_shear_angle_deg", "normalised_shear_force_n_per
 def homogenised_law(angle: Array, normalised: Array, start: float = START) -> tuple[Array, Array]:
     """Angles [deg] and conjugate force S [N/mm], (n,), from a frame's angle [deg] and normalised force [N/mm].
 
-    Means over whole steps of :data:`STEP`, from ``start`` [deg] on, below it a line from (0, 0); the least change that
-    lets none fall (isotonic regression). Only the first loading counts, and not where the frame comes to a stop: a step
-    that it ends in is too short for a mean, and shells go on along the last tangent. S dgamma is the work per reference
-    area.
+    Means over whole steps of :data:`STEP` of the first loading, from ``start`` [deg] on, made not to fall; S dgamma is
+    work.
     """
     from scipy.optimize import isotonic_regression
 
@@ -46,21 +42,25 @@ def homogenised_law(angle: Array, normalised: Array, start: float = START) -> tu
 
 
 def write_law(run: Path, out: Path) -> tuple[Array, Array]:
-    """Read curve.csv of the picture-frame ``run`` of yarns and write its law to ``out``; returns it.
-
-    The folder of ``out`` is made if it is not there.
-
-    The header says which fabric was sheared, and what was assumed of it. Raises :class:`InputError` when the folder
-    holds no such run, a gate refused it or its frame went less than two steps, or it is of shells, which return the law
-    they were given.
-    """
+    """Write the law of a finished meso picture frame to ``out``; raises :class:`InputError` for another ``run``."""
     import pandas as pd
 
     path = run / "curve.csv"
     if not path.is_file():
         raise InputError(f"{run}: no curve.csv; expected the folder of a finished picture-frame run")
-    given = _config(run)
-    _passed(run)
+    given = resolve(config=run / "config.yaml")
+    if not isinstance(given, PictureFrameRun) or given.model.scale != "meso":
+        raise InputError(
+            f"{run}: {given.rig.kind}, {given.model.scale}; expected a picture frame of yarns (picture-frame, meso)"
+        )
+    summary = run / "summary.json"
+    if not summary.is_file():
+        raise InputError(f"{run}: no summary.json; expected a finished run: continue with knittest resume {run}")
+    if failures := json.loads(summary.read_text(encoding="utf-8"))["refused"]:
+        raise InputError(
+            f"{run}: quality checks failed ({'; '.join(failures)}), so its force is no law; change the run as advised, "
+            "or end it before that angle (--set rig.max_angle=)"
+        )
     curve = pd.read_csv(path, comment="#")
     missing = [c for c in (FRAME_ANGLE, NORMALISED) if c not in curve]
     if missing:
@@ -69,41 +69,10 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
     if len(angle) < 3:
         least = START + 2 * STEP
         raise InputError(
-            f"{path}: the frame went to {curve[FRAME_ANGLE].max():g} deg only; expected at least {least:g} deg"
+            f"{path}: the frame was sheared to {curve[FRAME_ANGLE].max():g} deg; expected at least {least:g} deg"
         )
-    rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
-    head = "".join(f"# {line}\n" for line in _header(given)) + f"{ANGLE},shear_force_n_per_mm\n"
-    make_folder(out.parent)
-    with replacing(out) as temporary:
-        temporary.write_text(head + rows, encoding="utf-8")
-    return angle, force
-
-
-def _config(run: Path) -> PictureFrameRun:
-    given = resolve(config=run / "config.yaml")
-    if not isinstance(given, PictureFrameRun) or given.model.scale != "meso":
-        raise InputError(
-            f"{run}: {given.rig.kind}, {given.model.scale}; expected a picture frame of yarns (picture-frame, meso)"
-        )
-    return given
-
-
-def _passed(run: Path) -> None:
-    """Raise :class:`InputError` unless ``run`` ended and every gate passed it."""
-    summary = run / "summary.json"
-    if not summary.is_file():
-        raise InputError(f"{run}: no summary.json; expected a finished run: go on with it by knittest resume {run}")
-    if refused := json.loads(summary.read_text(encoding="utf-8"))["refused"]:
-        raise InputError(
-            f"{run}: refused by its gates ({'; '.join(refused)}), so its force is no law; change the run as they say, "
-            "or end it before that angle (--set rig.max_angle=)"
-        )
-
-
-def _header(given: PictureFrameRun) -> list[str]:
-    """Kind and source of the curve, and the numbers that its force hangs on, each with its own source."""
     rig, fabric = given.rig, given.fabric
-    return [
+    head = [
         "kind: simulated",
         f"fabric: {fabric.name}",
         f"source: picture frame of yarns, {fabric.name} ({given.parameters}), {rig.side:g} mm",
@@ -111,10 +80,16 @@ def _header(given: PictureFrameRun) -> list[str]:
         f"mean over {STEP:g} deg; conjugate to the shear angle, per reference area",
         f"preset {given.model.preset}, rig.side={rig.side:g}, rig.max_angle={rig.max_angle:g}",
     ]
+    rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
+    text = "".join(f"# {line}\n" for line in head) + f"{ANGLE},shear_force_n_per_mm\n" + rows
+    make_folder(out.parent)
+    with replacing(out) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return angle, force
 
 
 def hangs_on(fabric: Fabric) -> dict[str, Quantity]:
-    """Numbers of the yarns that the force hangs on, those that the fabric states."""
+    """Numbers of the yarns that decide the force, as far as the fabric states them."""
     loops, contact = fabric.knitting, fabric.contact
     stated = {
         "yarn-yarn friction coefficient": contact.friction_coefficient,

@@ -16,15 +16,15 @@ KIND = TestKind(
     report="knittest.laboratory.pull_out.report:PullOutReport",
     size="knittest.laboratory.pull_out.config:stated",
     labels={
-        "pull_out_at_rest_n": ("force at which the inlay lets go [N]", "{:.3f}"),
+        "pull_out_at_rest_n": ("force at which the inlay begins to slide [N]", "{:.3f}"),
         "pull_out_peak_n": ("largest force of the inlay [N]", "{:.3f}"),
         "pull_out_sliding_n": ("force of the inlay while it slides [N]", "{:.3f}"),
         "crossing_friction_at_rest_n": ("friction of a crossing at rest, mu N [N]", "{:.4f}"),
         "crossing_friction_n": ("friction of a crossing while it slides, mu N [N]", "{:.4f}"),
         "crossing_normal_force_n": ("normal force of a crossing while it slides, N [N]", "{:.4f}"),
         "crossings": ("crossings at the start", "{:.0f}"),
-        "slid_mm": ("slid way of the inlay [mm]", "{:.2f}"),
-        "clamp_difference_pct": ("difference of the clamps [%]", "{:.2f}"),
+        "slid_mm": ("slide of the inlay [mm]", "{:.2f}"),
+        "clamp_difference_pct": ("difference of the clamp forces [%]", "{:.2f}"),
     },
     diagnostic=("crossings", "slid_mm", "clamp_difference_pct"),
     published=(

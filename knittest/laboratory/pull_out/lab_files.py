@@ -1,6 +1,6 @@
 """Files of pull-outs as ``knittest data`` takes them: the forces of a run, friction of a crossing, corridor.
 
-They hold the force on an inlay over the way of its clamp and, where it was followed, of its free end.
+They hold the force on an inlay over the travel of its clamp and, where it was measured, of its free end.
 """
 
 from collections.abc import Sequence
@@ -31,24 +31,19 @@ EDGES = {"sides": 2.0, "far": 1.0}
 WORDS = {"sides": "both sides clamped", "far": "the far end clamped"}
 #: friction of a crossing [N], from a fine yarn in a loose knit to a tow that is sewn in
 CROSSING = (1e-5, 20.0)
-#: share by which a force at rest may hang on where a free end that nobody followed began to move
+#: largest dependence of a force at rest on the begin of sliding of a free end that was not measured
 UNSURE = 0.1
-#: way [mm] over which rows are averaged
+#: travel [mm] over which rows are averaged
 STEP = 0.02
-#: way [mm] on both sides of where the inlay lets go by whose rows its force is read, and most between two of them there
+#: travel [mm] on both sides of the begin of sliding by whose rows the force is read, and largest distance of rows there
 NEAR, COARSE = 0.02, 0.04
-#: way of the free end over that of the clamp while the inlay slides
-TOGETHER = (0.7, 1.1)
-#: share of the force before it that is left when an inlay is out, or has gone
-GONE = 0.25
+#: travel of the free end over that of the clamp while sliding, and largest share of the force that remains at the end
+TOGETHER, GONE = (0.7, 1.1), 0.25
 
 
 @dataclass(frozen=True)
 class Pulled(Origin):
-    """Way of the free end [mm], not falling, force [N] (n,), embedded length [mm] and crossing yarns per 100 mm.
-
-    ``measured`` says that the free end was followed, and not the clamp from where it began to slide.
-    """
+    """Travel of the free end [mm] (``measured``, or the clamp's), force [N] (n,), length [mm], crossings per 100 mm."""
 
     tail: Array
     force: Array
@@ -64,18 +59,18 @@ class Pulled(Origin):
 
     @property
     def doubt(self) -> float:
-        """Share by which the force at rest changes with :data:`NEAR` of the way of a free end that nobody followed."""
+        """Change of the force at rest with :data:`NEAR` of the travel of a free end that was not measured [-]."""
         less, read, more = (at_rest(self.tail, self.force, SLIDES + way) for way in (-NEAR, 0.0, NEAR))
         return 0.0 if self.measured else 0.5 * abs(more - less) / max(abs(read), 1e-12)
 
 
 def _pulled(r: Recording) -> Pulled:
-    """Inlay by the way of its free end where it was followed, until a pitch of it is embedded, as in a run."""
+    """Read an inlay until a pitch of it is embedded, as in a run."""
     origin, (length, density) = r.read(("free_end",), unit_needed=True), r.needed(EMBEDDED, CROSSING_DENSITY)
     if r.given.clamped is None:
         raise InputError(
-            f"{r.path}: which edges of the piece were clamped? Give --clamped sides (both along the inlay) or "
-            "--clamped far (the one away from the pull)"
+            f"{r.path}: the clamped edges are unknown: give --clamped sides (both along the inlay) or --clamped far "
+            "(the one away from the pull)"
         )
     travel, tail = _ways(r)
     rows, _ = checks.first_loading(travel)
@@ -84,42 +79,40 @@ def _pulled(r: Recording) -> Pulled:
     _refuse_apart(travel, tail, r.where)
     tail = np.maximum.accumulate(np.maximum(tail, 0.0))
     lets_go = at_rest(tail, force)  # a small part of the largest
-    force = checks.tared(force, r.given.preload, r.where, ("the inlay lets go at", lets_go, "friction of the yarn"))
+    force = checks.tared(
+        force, r.given.preload, r.where, ("the inlay begins to slide at", lets_go, "friction of the yarn")
+    )
     measured, edges = "free_end" in r.values, r.given.clamped
-    one = Pulled(
-        **origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured
-    )  # fmt: skip
+    one = Pulled(**origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured)
     held, out = tail <= length - LEFT * one.pitch, tail >= length + one.pitch
     before, after = (float(force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
     if after > GONE * before:
         raise InputError(
-            f"{one.where}: {after:.3g} N where all {length:g} mm are out, {before:.3g} N before: expected next to "
-            f"nothing: check {EMBEDDED.option} and the unit of the way"
+            f"{one.where}: {after:.3g} N where all {length:g} mm are out, {before:.3g} N before; expected about 0: "
+            f"check {EMBEDDED.option} and the unit of the travel"
         )
     tail, force = tail[held], force[held]
     each = force / (length - tail) * one.pitch
     start, end = (each[rows].mean() for rows in (tail <= one.pitch, tail >= tail[-1] - one.pitch))
-    if not one.measured and end < GONE * start:  # it need not have gone on with the clamp
+    if not one.measured and end < GONE * start:  # the free end need not have moved with the clamp
         raise InputError(
-            f"{one.where}: the force falls from {start:.3g} to {end:.3g} N a crossing: did the yarn break, or slip out "
-            "of its clamp? Leave out what follows, or add the free end's way"
+            f"{one.where}: the force falls from {start:.3g} to {end:.3g} N per crossing. If the yarn broke or slipped "
+            "out of its clamp, remove the rows after that, or add the travel of the free end"
         )
     return replace(one, tail=tail, force=force)
 
 
 def _ways(r: Recording) -> tuple[Array, Array]:
-    """Way of the clamp [mm], rising, and of the free end, or beyond ``--zero`` that of one that nobody followed."""
+    """Travel of the clamp [mm], rising, and of the free end: measured, or that of the clamp beyond ``--zero``."""
     way, end, zero, factor = r.travel(), r.values.get("free_end"), r.given.zero, r.factors["travel"]
     if end is not None:
         if zero is not None:
-            raise InputError(
-                f"{r.where}: --zero: has no meaning beside a column of the free end, {r.title('free_end')!r}"
-            )
+            raise InputError(f"{r.where}: --zero: not used with a column of the free end, {r.title('free_end')!r}")
         return checks.drawn(way, r.given.sign), checks.drawn(end - end[0], "negative")
     if zero is None:
         raise InputError(
-            f"{r.where}: no column of the free end, and the way of the clamp holds the slack and stretch of the yarn "
-            "outside: give --zero, the displacement at which the free end begins to move, in the column's unit"
+            f"{r.where}: no column of the free end, and the travel of the clamp includes slack and stretch of the "
+            "yarn: give --zero, the displacement at which the free end begins to move, in the column's unit"
         )
     *moved, begins = checks.drawn(np.append(way, zero * factor), r.given.sign)
     travel = np.array(moved)
@@ -132,30 +125,30 @@ def _ways(r: Recording) -> tuple[Array, Array]:
 
 
 def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
-    """Raise :class:`InputError` for a free end that does not go with the clamp while the inlay slides."""
+    """Raise :class:`InputError` for a free end that does not move with the clamp while the inlay slides."""
     slides = tail >= SLIDES
     if len(travel) < 3 or not slides.any():
         raise InputError(
-            f"{where}: {len(travel)} rows over {travel[-1]:.4g} mm, the free end goes {tail.max():.3g} mm: expected at "
-            f"least 3, and an inlay that slides by {SLIDES:g} mm or more: check the unit of the way"
+            f"{where}: {len(travel)} rows over {travel[-1]:.4g} mm, the free end moves by {tail.max():.3g} mm; "
+            f"expected at least 3 rows and {SLIDES:g} mm: check the unit of the travel"
         )
     first = int(np.argmax(slides))
     clamp, end = travel[-1] - travel[first], tail[-1] - tail[first]
     if clamp > 10.0 * SLIDES and not TOGETHER[0] <= end / clamp <= TOGETHER[1]:
         raise InputError(
-            f"{where}: while the inlay slides its clamp goes {clamp:.4g} mm, its free end {end:.4g} mm: expected about "
-            "the same: check both units"
+            f"{where}: while the inlay slides its clamp moves by {clamp:.4g} mm, its free end by {end:.4g} mm; "
+            "expected about the same: check both units"
         )
     gap = tail[first] - tail[max(first - 1, 0)]
     if gap > COARSE:
         raise InputError(
-            f"{where}: {gap:.3g} mm between the rows where the inlay lets go: expected at most {COARSE:g} mm: export "
-            "more points, or check the unit of the way"
+            f"{where}: {gap:.3g} mm between the rows where the inlay begins to slide; expected at most {COARSE:g} mm: "
+            "export more points, or check the unit of the travel"
         )
 
 
 def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
-    """Force [N] where the free end has gone a ``way`` [mm], on a line through the few rows about it: it is steep."""
+    """Force [N] where the free end has moved by ``way`` [mm], on a line through the few rows about it."""
     near = np.abs(tail - way) <= NEAR
     if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
         return float(np.polyfit(tail[near] - way, force[near], 1)[1])
@@ -164,32 +157,33 @@ def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
 
 
 def _averaged(tail: Array, force: Array) -> tuple[Array, Array]:
-    """Means of the rows over steps of :data:`STEP` of the free end's way: the noise of one is no largest force."""
+    """Means of the rows over steps of :data:`STEP` of the free end's travel, against noise of the largest force."""
     _, block = np.unique(np.floor(tail / STEP + 1e-9), return_inverse=True)
     count = np.bincount(block)
     return np.bincount(block, tail) / count, np.bincount(block, force) / count
 
 
 def _slide(one: Pulled, end: float) -> Sliding:
-    """Forces of an inlay up to the way ``end`` [mm] that all of them slide, as of a run."""
+    """Forces of an inlay up to the travel ``end`` [mm] of all inlays, as of a run."""
     tail, force = _averaged(one.tail[one.tail <= end], one.force[one.tail <= end])
     found = sliding({TAIL: tail, FORCE: force, "embedded_mm": one.length - tail}, one.pitch)
     found = replace(found, at_rest=at_rest(one.tail, one.force))
     if not np.isfinite(found.mean):
         raise InputError(
-            f"{one.where}: all inlays together slide by {found.way:.3g} mm with a pitch of it embedded: expected at "
-            f"least the distance of the crossings, {one.pitch:.3g} mm: check the unit of the way and {EMBEDDED.option}"
+            f"{one.where}: the common slide of all inlays is {found.way:.3g} mm; expected at least the distance of the "
+            f"crossings, {one.pitch:.3g} mm: check the unit of the travel and {EMBEDDED.option}"
         )
     each = (found.at_rest * one.pitch / one.length, found.per_crossing)
-    told = f"{found.at_rest:.4g} N where it lets go and {found.mean:.4g} N while it slides are "
+    words = (
+        f"{found.at_rest:.4g} N at the begin of sliding and {found.mean:.4g} N while sliding are {each[0]:.3g} and "
+        f"{each[1]:.3g} N per crossing"
+    )
     for value in each:
-        words = f"{told}{each[0]:.3g} and {each[1]:.3g} N a crossing"
         checks.refuse_implausible(one, value, CROSSING, words, "N", found.mean)
     return found
 
 
 def _results(pulls: Sequence[Pulled]) -> Results:
-    """Forces of one series and friction of its crossings."""
     length = common(EMBEDDED, [one.length for one in pulls], pulls)
     density = common(CROSSING_DENSITY, [one.density for one in pulls], pulls)
     end = min(float(one.tail[-1]) for one in pulls)
@@ -198,31 +192,29 @@ def _results(pulls: Sequence[Pulled]) -> Results:
     lets_go, peak, mean, each = np.array([[one.at_rest, one.peak, one.mean, one.per_crossing] for one in found]).T
     rows = {AT_REST: lets_go, PEAK: peak, MEAN: mean, EACH_AT_REST: lets_go / crossings, EACH: each}
     checks.refuse_apart(pulls, mean, "force while it slides", "N")
-    clamped, pitches = pulls[0].clamped, min(int(one.way * density / 100.0 + 1e-6) for one in found)
-    conditions = [
-        (EMBEDDED, length), (CROSSING_DENSITY, density), (CLAMPED_EDGES, EDGES[clamped]),
-        (SLID_PITCHES, float(pitches)),
-    ]  # fmt: skip
+    clamped, slid = pulls[0].clamped, float(min(int(one.way * density / 100.0 + 1e-6) for one in found))
     remarks = [
-        f"at rest: where the free end has gone {SLIDES:g} mm; largest: up to half a pitch; slides: mean over whole "
-        "pitches; as of a run"
+        f"at rest: at a travel of the free end of {SLIDES:g} mm; largest: up to half a pitch; slides: mean over whole "
+        "pitches; as in a run"
     ]
     if not all(one.measured for one in pulls):
-        remarks.append("the free end was not followed: it goes with the clamp from --zero on, without stretch")
+        remarks.append("the free end was not measured: it moves with the clamp from --zero on, without stretch")
     if (doubt := max(one.doubt for one in pulls)) > UNSURE:
         del rows[AT_REST], rows[EACH_AT_REST]
         remarks.append(
-            f"no force at rest: {NEAR:g} mm more or less of --zero change it by {100.0 * doubt:.0f} %, "
-            f"{100.0 * UNSURE:g} are allowed: follow the free end"
+            f"no force at rest: it changes by {100.0 * doubt:.0f} % with {NEAR:g} mm of --zero (limit "
+            f"{100.0 * UNSURE:g} %): measure the free end"
         )
-    remarks.append("forces are taken as friction alone: subtract weight and what the empty clamp takes before")
+    remarks.append("forces must be those of friction alone: subtract weight and the force of the empty clamp before")
     curves = [(tail[1:], force[1:]) for tail, force in (_averaged(s.tail, s.force) for s in pulls)]  # rising
     corridor = band(curves, min(float(tail[-1]) for tail, _ in curves), "sliding")
     return Results(
-        rows, UNITS, conditions, ("pull-out", f"with {length:g} mm embedded, {WORDS[clamped]}"),
+        rows, UNITS,
+        [(EMBEDDED, length), (CROSSING_DENSITY, density), (CLAMPED_EDGES, EDGES[clamped]), (SLID_PITCHES, slid)],
+        ("pull-out", f"with {length:g} mm embedded, {WORDS[clamped]}"),
         checks.digests(pulls, [(one.tail, one.force) for one in pulls]),
         [(HEADS[name], ".4g", values) for name, values in rows.items()], remarks,
-        Curves(curves, corridor, (TAIL, FORCE, FORCE_SD), ("way of the free end [mm]", "pull force [N]")),
+        Curves(curves, corridor, (TAIL, FORCE, FORCE_SD), ("travel of the free end [mm]", "pull force [N]")),
     )  # fmt: skip
 
 

@@ -8,11 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from knittest.base.history import Array
 
-#: way of the free end [mm] from which on the whole inlay slides; rows in a moving mean
+#: travel of the free end [mm] from which the whole inlay slides; rows in a moving mean
 SLIDES, SMOOTH = 0.05, 5
 #: pitches that stay embedded
 LEFT = 1.0
@@ -20,10 +19,7 @@ LEFT = 1.0
 
 @dataclass(frozen=True)
 class Sliding:
-    """Force [N] at which the free end begins to slide, largest force [N] up to half a pitch of sliding; mean force [N]
-    and friction of a crossing mu N [N] over the whole pitches in which the inlay slides, nan where it slides by less
-    than one; slid way [mm].
-    """
+    """Forces [N] at the begin of sliding, largest, mean over whole pitches; friction of a crossing [N]; slide [mm]."""
 
     at_rest: float
     peak: float
@@ -33,7 +29,7 @@ class Sliding:
 
 
 def sliding(curve: Mapping[str, Array], pitch: float) -> Sliding:
-    """Evaluate ``curve`` (pull_force_n, tail_travel_mm, embedded_mm) of one with crossings ``pitch`` [mm] apart."""
+    """Evaluate ``curve`` (pull_force_n, tail_travel_mm, embedded_mm) with crossings ``pitch`` [mm] apart."""
     tail, force = curve["tail_travel_mm"], _smooth(curve["pull_force_n"])
     before = tail <= SLIDES + 0.5 * pitch
     peak = float(force[before].max()) if before.any() else float("nan")
@@ -48,7 +44,7 @@ def sliding(curve: Mapping[str, Array], pitch: float) -> Sliding:
     first = np.append(True, np.diff(late) > 0.0)
     along, left = (np.interp(places, late[first], values[first]) for values in (force, curve["embedded_mm"]))
     held = np.maximum(left / pitch, 1e-9)
-    return Sliding(at_rest, peak, float(along.mean()), float((along.sum()) / held.sum()), way)
+    return Sliding(at_rest, peak, float(along.mean()), float(along.sum() / held.sum()), way)
 
 
 def _smooth(values: Array) -> Array:

@@ -1,6 +1,5 @@
-"""Pull-out test: the end of one inlay is drawn out of a piece of fabric of yarns that clamps hold."""
+"""Pull-out test: the end of one inlay is pulled out of a piece of fabric of yarns that clamps hold."""
 
-import time as clock
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -11,25 +10,23 @@ from knittest.base.errors import InputError
 from knittest.base.history import Body, History, Quality
 from knittest.fabric.strip import YarnPath
 from knittest.laboratory.after_rest import after_rest
-from knittest.laboratory.base import Prepared, Test
-from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.base import Prepared
+from knittest.laboratory.fabric_test import FabricTest, TestRig
+from knittest.laboratory.judging import check_limit
 from knittest.laboratory.pull_out.config import PullOutRun
 from knittest.laboratory.pull_out.sliding import LEFT, sliding
-from knittest.laboratory.strips import AXIS, at_frames, cut, jaw, pitch, plate_block, yarns_across
+from knittest.laboratory.strips import AXIS, along_and_across, cut, jaw, offsets, pitch, plate_block, yarns_across
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.meso import build_meso, chain_order
 from knittest.models.tool import Table, ramp
-from knittest.solve.simulate import simulate
-from knittest.solve.state import SILENT, Observer, SimulationCost
+from knittest.solve.state import Observer, SimulationCost
 
 Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
 class Nodes:
-    """Nodes of the pulled inlay in the order of the model: its clamped end, its free ``tail``; those of the piece
-    ``held``, and how wide [mm] the edge is that its clamps hold.
-    """
+    """Clamped end of the inlay, free ``tail``, and nodes ``held`` at the clamped ``edge`` [mm]."""
 
     pulled: Index
     tail: int
@@ -43,7 +40,8 @@ def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) 
     axis = AXIS[direction]
     ordered = sorted(paths, key=chain_order)
     start = np.concatenate([[0], np.cumsum([len(p.points) for p in ordered])])
-    own = middle([p.index for p in ordered if p.system == direction])
+    indices = sorted(p.index for p in ordered if p.system == direction)
+    own = indices[len(indices) // 2]
     chain = next(k for k, p in enumerate(ordered) if (p.system, p.index) == (direction, own))
     points = np.concatenate([p.points for p in ordered])
     along, across = points[:, axis], points[:, 1 - axis]
@@ -59,30 +57,23 @@ def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) 
     return Nodes(np.array([top], np.int64), tail, np.flatnonzero(gripped), edge)
 
 
-def middle(indices: list[int]) -> int:
-    """Index of the middle yarn."""
-    return sorted(indices)[len(indices) // 2]
-
-
-# Pull-out: the end of one inlay is drawn out of the fabric along it, all other yarns are held by clamps.
-#
-# The inlay comes to rest with the fabric first. It moves slowly: its inertia is small against a friction of some
-# hundredths of a newton a crossing.
+# The end of one inlay is pulled out of the fabric along it, clamps hold all other yarns. The inlay comes to rest with
+# the fabric first. It moves slowly: its inertia is small against a friction of some hundredths of a newton a crossing.
 
 #: time in which the piece comes to rest before the pull [ms]
 REST = 5.0
-#: way of the clamp [mm] in which the inlay lets go, and frames in it: they say where its free end is
+#: travel of the clamp [mm] in which the inlay begins to slide, and frames in it, which give the place of its free end
 LETS_GO, FRAMES = 1.0, 16
 
 
-class PullOutTest:
-    """Pulls the nodes ``pulled`` along ``axis`` while those ``held`` stay; ``length`` [mm] of the inlay is embedded."""
+class PullOutTest(TestRig):
+    """Pull the nodes ``pulled`` along ``axis`` and hold the nodes ``held``; ``length`` [mm] is embedded."""
 
     coordinate, force = "displacement_mm", "pull_force_n"
-    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(self, run: PullOutRun, axis: int, pulled: Index, held: Index, length: float) -> None:
         self.axis, self.pulled, self.held, self.length = axis, pulled, held, length
+        self.ring_length = self.length
         speed = ramp(run.solver.ramp_ms, run.solver.speed_mm_per_ms)
         self.speed = Table((0.0, *(REST + t for t in speed.time)), (0.0, *speed.value))
         end = self.speed.time[-1]
@@ -99,60 +90,43 @@ class PullOutTest:
         boundary.grip(self.pulled, along, self.speed)
         boundary.grip(self.held, along)
 
-    def ring_time(self, wave_speed: float) -> float:
-        """Time [ms] a wave needs along the inlay."""
-        return self.length / wave_speed
-
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        """Way of the clamp, its force, and that of the piece's clamp."""
-        pulled, held = readings.reaction[:2]
-        return {
-            "displacement_mm": self.speed.integral(time),
-            "pull_force_n": float(pulled),
-            "clamp_force_n": -float(held),
-        }
-
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Only the travel ends the test."""
-        return False
+        """Travel of the clamp, its force, and that of the piece's clamp."""
+        pulled, held = (float(force) for force in readings.reaction[:2])
+        return {"displacement_mm": self.speed.integral(time), "pull_force_n": pulled, "clamp_force_n": -held}
 
 
-#: yarns across the piece, of which clamps hold two and one is pulled
-LEAST_YARNS = 5
-#: difference of the forces of both clamps over the pull force, on the mean while sliding [%]
-UNBALANCED = 5.0
+#: least number of yarns across the piece, and largest difference of the clamp forces over the pull force [%]
+LEAST_YARNS, UNBALANCED = 5, 5.0
 
 
-class PullOut(Test[PullOutRun]):
+class PullOut(FabricTest[PullOutRun]):
     """See :class:`knittest.laboratory.base.Test`."""
-
-    ends_at_failure = False
 
     def refuse(self, run: PullOutRun) -> None:
         """Raise :class:`InputError` for a piece that is too small, and for yarns that do not touch."""
         rig = run.rig
         if not run.model.meso.contact:
-            raise InputError("model.meso.contact = false: nothing would hold the inlay: expected true")
+            raise InputError("model.meso.contact = false: without contact nothing holds the inlay; set it to true")
         yarns, wanted = yarns_across(run, rig.direction), LEAST_YARNS / run.fabric.density_per_mm.of(rig.direction)
         if yarns < LEAST_YARNS:
             raise InputError(
-                f"rig.width = {rig.width:g} mm: {yarns} {rig.direction} yarns; expected at least {LEAST_YARNS}, of "
-                f"which one is pulled and clamps hold others: --set rig.width={np.ceil(wanted):g} is enough"
+                f"rig.width = {rig.width:g} mm has {yarns} {rig.direction} yarns; expected at least {LEAST_YARNS}: use "
+                f"--set rig.width={np.ceil(wanted):g}"
             )
         most = rig.length_mm - LEFT * pitch(run, rig.direction)
         if rig.travel_mm > most:
             raise InputError(
-                f"rig.travel = {rig.travel:g} mm: expected at most {most:.3g} mm, so that a pitch of it stays in "
-                f"the piece of rig.length = {rig.length:g} mm"
+                f"rig.travel = {rig.travel:g} mm: expected at most {most:.3g} mm, so that a pitch of the inlay remains "
+                f"in the piece of rig.length = {rig.length:g} mm"
             )
 
-    def prepare(self, run: PullOutRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-        """The piece in its clamps, of whole pitches."""
-        self.refuse(run)
-        start, direction = clock.perf_counter(), run.rig.direction
-        period, fabric = pitch(run, direction), run.fabric
+    def mount_yarns(self, run: PullOutRun, specimen: int, observer: Observer) -> Prepared:
+        """Make the piece of whole pitches in its clamps."""
+        direction, fabric = run.rig.direction, run.fabric
+        period = pitch(run, direction)
         across, along = yarns_across(run, direction, specimen), round(run.rig.length_mm / period)
-        n_wales, n_courses = (across, along) if direction == "warp" else (along, across)
+        n_wales, n_courses = along_and_across(direction, along, across)
         piece = cut(run, n_wales, n_courses, specimen, observer)
         size = n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing
         nodes = nodes_of(run, piece.paths, size)
@@ -163,19 +137,14 @@ class PullOut(Test[PullOutRun]):
             "crossings": float(along), "tail_node": float(nodes.tail), "pulled_node": float(nodes.pulled[0]),
             "piece_width_mm": size[1 - AXIS[direction]], "clamped_edge_mm": nodes.edge,
         }  # fmt: skip
-        return Prepared(model, mount, clock.perf_counter() - start, piece.table, facts)
-
-    def solve(self, prepared: Prepared, run: PullOutRun, observer: Observer) -> tuple[History, SimulationCost]:
-        """Let the piece come to rest, then pull."""
-        history, cost = simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
-        return self.finish(run, prepared, history), cost
+        return Prepared(model, mount, yarns=piece.table, facts=facts)
 
     def finish(self, run: PullOutRun, prepared: Prepared, history: History) -> History:
-        """The pull, with the way of the inlay's free end."""
+        """Return the pull, with the travel of the inlay's free end."""
         return with_tail(after_rest(history, REST), prepared.facts, AXIS[run.rig.direction])
 
     def results(self, run: PullOutRun, prepared: Prepared, history: History) -> dict[str, float]:
-        """Force at which the inlay lets go, largest, mean while it slides; friction and normal force of a crossing."""
+        """Force at which the inlay begins to slide, largest and mean force; friction and normal force of a crossing."""
         facts, friction = prepared.facts, run.fabric.contact.friction_coefficient.value
         found = sliding(history.curve, facts["pitch_mm"])
         return {
@@ -191,25 +160,18 @@ class PullOut(Test[PullOutRun]):
         }
 
     def assess(self, run: PullOutRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-        """The gates of every run, an inlay that slides by a pitch, and clamps that balance."""
-        quality = assess(run, prepared, history, cost, self.span(history))
+        """Evaluate the standard checks, a slide of a pitch at least, and the balance of the clamps."""
+        quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
         period = prepared.facts["pitch_mm"]
         if not np.isfinite(found["pull_out_sliding_n"]):
             quality = quality.refusing(
-                f"the inlay slides by {found['slid_mm']:.2f} mm, less than a pitch of {period:.2f} mm: "
-                f"rig.travel={run.rig.travel + 1.2 * (period - found['slid_mm']):.3g} would be enough"
+                f"the inlay slides by {found['slid_mm']:.2f} mm, less than a pitch of {period:.2f} mm: use "
+                f"--set rig.travel={run.rig.travel + 1.2 * (period - found['slid_mm']):.3g}"
             )
-        if found["clamp_difference_pct"] > UNBALANCED:
-            quality = quality.refusing(
-                f"the clamps differ by {found['clamp_difference_pct']:.1f} % of the mean pull force: expected at most "
-                f"{UNBALANCED:g} %; a lower solver.speed brings them together"
-            )
-        return quality
-
-    def span(self, history: History) -> Span:
-        """The whole pull."""
-        return Span()
+        apart = found["clamp_difference_pct"]
+        text = f"the clamp forces differ by {apart:.1f} % of the mean pull force"
+        return check_limit(quality, apart, UNBALANCED, text, ": lower solver.speed")
 
 
 def with_tail(history: History, facts: dict[str, float], axis: int) -> History:
@@ -235,10 +197,8 @@ CLAMPS = ("pulled_node", "piece_width_mm", "clamped_edge_mm")
 
 
 def clamps(history: History, facts: Mapping[str, float], axis: int, sides: bool) -> list[Body]:
-    """Clamps on both sides of the piece, or on its far end, and on the end of the inlay, which is pulled along ``axis``
-    (0: x, 1: y).
-    """
-    still = np.zeros((len(history.frames), 3))
+    """Clamps on both sides of the piece, or on its far end, and on the inlay, pulled along ``axis`` (0: x, 1: y)."""
+    still = offsets(history, {})
     edge, far = facts["clamped_edge_mm"], facts["piece_width_mm"] - facts["clamped_edge_mm"]
     if sides:
         held = [
@@ -247,14 +207,8 @@ def clamps(history: History, facts: Mapping[str, float], axis: int, sides: bool)
         ]
     else:
         held = [jaw("far clamp", history, axis, (edge, -1.0), still)]
-    return [*held, _on_the_inlay(history, facts, axis)]
-
-
-def _on_the_inlay(history: History, facts: Mapping[str, float], axis: int) -> Body:
-    """A cube as wide as a clamped edge, which the inlay ends at."""
-    wide = facts["clamped_edge_mm"]
+    # a cube as wide as a clamped edge, at the end of the inlay
     centre = history.frames[0].position[int(facts["pulled_node"])].copy()
-    centre[axis] += 0.5 * wide
-    offset = np.zeros((len(history.frames), 3))
-    offset[:, axis] = at_frames(history, "displacement_mm")
-    return plate_block("inlay clamp", centre, np.full(3, wide), offset)
+    centre[axis] += 0.5 * edge
+    moved = offsets(history, {axis: "displacement_mm"})
+    return [*held, plate_block("inlay clamp", centre, np.full(3, edge), moved)]

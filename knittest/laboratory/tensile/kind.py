@@ -15,8 +15,8 @@ KIND = TestKind(
     test="knittest.laboratory.tensile.test:Tensile",
     report="knittest.laboratory.tensile.report:TensileReport",
     deck_force="bndout (the set that moves) and spcforc (the set held in all six), along the strip",
-    size="knittest.laboratory.tensile.config:stated",
-    sheet="knittest.laboratory.tensile.config:sheet",
+    size=("strip {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",),
+    sheet=("gauge_length", "width"),
     lasting="knittest.laboratory.tensile.test:expected_share",
     labels={
         "peak_force_n": ("peak force [N]", "{:.0f}"),

@@ -16,11 +16,11 @@ from knittest.experiment.statistics import Specimen, mean_sd, peaks, tension_cur
 from knittest.experiment.tables import TENSILE
 
 UNITS = {"peak_force_n": "N", "fracture_strain_pct": "%"}
-RISING = "# from the origin and rising; preload and noise are taken out"
+RISING = "# from the origin and rising; preload and noise are removed"
 
 
 def summary_lines(specimens: Sequence[Specimen]) -> list[str]:
-    """Table of maximum force [N] and strain at it [%], with mean and sd, and of the strips' sizes."""
+    """Table of maximum force [N] and strain at it [%], with mean and sd, and the strips' sizes."""
     plausible_strips(specimens)
     force, strain = peaks(specimens)
     shown = [("max. force [N]", ".1f", force), ("strain at it [%]", ".3f", strain)]
@@ -32,7 +32,6 @@ def summary_lines(specimens: Sequence[Specimen]) -> list[str]:
 
 
 def _results(specimens: Sequence[Specimen]) -> Results:
-    """Peaks of one series, its curves per width and the curve for a material."""
     strips, narrow, sizes = one_series(specimens)
     found = dict(zip(TENSILE, peaks(strips), strict=True))
     means = [f"# {name}: {mean_sd(values)[0]:.6g}" for name, values in found.items()]
@@ -46,14 +45,13 @@ def _results(specimens: Sequence[Specimen]) -> Results:
 
 
 def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
-    """Curves and fracture strains of the shells, by direction."""
     tension, fracture = {}, {}
     for direction, test in of_directions(tests, "tensile").items():
         conditions, found = test["conditions"], test["fracture_strain_pct"]
         gauge = f", {conditions[GAUGE.key]:g} mm between the clamps" if GAUGE.key in conditions else ""
         strips = f"{counted(found['n'], 'strip')}, {conditions[WIDTH.key]:g} mm wide{gauge}"
         tension[direction] = (place / direction / TENSION).as_posix()
-        fracture[direction] = quantity(found, "measured", f"{strips}; an input of the shells")
+        fracture[direction] = quantity(found, "measured", f"{strips}; an input of the macro model")
     return {"macro": {"tension": tension, "fracture_strain": fracture}} if tension else {}
 
 

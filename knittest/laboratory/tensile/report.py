@@ -18,29 +18,18 @@ from knittest.experiment.origin import borrowed
 from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
 from knittest.experiment.tables import PublishedValue, factor_note, for_width, with_factors
 from knittest.export import line_picture, yarn_pictures
-from knittest.laboratory.base import tension_curve
+from knittest.laboratory.base import tension_curve, unless_one
 from knittest.laboratory.given_data import marked
-from knittest.laboratory.report_base import (
-    Columns,
-    CurveAxes,
-    Gate,
-    References,
-    Report,
-    draw_energies,
-    energy_gates,
-    same_test,
-    title_of,
-    unless_one,
-)
+from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, References, same_test, title_of
 from knittest.laboratory.strips import STRIP_JAWS, carrying_width, strip_jaws, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.laboratory.tensile.test import UNRESOLVED, Tensile, pull_axis
+from knittest.laboratory.tensile.test import UNRESOLVED, pull_axis
 
 #: points of a corridor
 POINTS = 400
 
 
-class TensileReport(Report[TensileRun]):
+class TensileReport(FabricReport[TensileRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
@@ -49,17 +38,19 @@ class TensileReport(Report[TensileRun]):
     placed_by = STRIP_JAWS
 
     def gates(self, run: TensileRun) -> list[Gate]:
-        """Standard gates, and of shells how far the peak is resolved in time."""
+        """Standard checks, and of a macro model the uncertainty of the peak in time."""
         own = [Gate("peak uncertain in time", "results", "peak_time_error_pct", UNRESOLVED)]
-        return energy_gates(run) + (own if run.model.scale == "macro" else [])
+        return super().gates(run) + (own if run.model.scale == "macro" else [])
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
-        """Forces of the tested strip for the width of the run, beside those of whole yarns for that width."""
+        """Scale forces to the width of the run, and those of whole yarns to that width."""
         width, factors = run.rig.width_mm, self.factors(run)
-        return [with_factors(for_width(row, width), factors, _yarns(run)) if row.unit == "N" else row for row in rows]
+        return [
+            with_factors(for_width(row, width), factors, _yarns(run)[1]) if row.unit == "N" else row for row in rows
+        ]
 
     def factors(self, run: TensileRun) -> tuple[float, ...]:
-        """Yarns in a real strip of the width over the whole yarns of each specimen: width x density / yarns."""
+        """Yarns in a real strip over the whole yarns of each specimen: width x density / yarns."""
         return unless_one(
             run.rig.width_mm / carrying_width(run, run.rig.direction, k) for k in range(run.variability.specimens)
         )
@@ -70,17 +61,14 @@ class TensileReport(Report[TensileRun]):
         return width, f"{width:g} mm wide, {run.rig.gauge_length_mm:g} mm between the clamps"
 
     def size_free(self, run: TensileRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
-        """Force per width, of yarns per that of whole ones."""
+        """Force per width, of a meso model per width of its whole yarns."""
         forces, width = (self.axes.y, self.axes.mean, self.axes.sd), run.rig.width_mm
         whole = self.for_nominal_size(run, columns)
         found = {name: values / width if name in forces else values for name, values in whole.items()}
         return replace(self.axes, ylabel="force per width [N/mm]"), found
 
     def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
-        """Curve of the fabric's experiment for the width of the strip; the shells are fed with it.
-
-        Another fabric's curve is what the shells are given and nothing that yarns can be compared with.
-        """
+        """Curve of the fabric's experiment for the width of the strip; another fabric's is a macro input alone."""
         owner = borrowed(run.fabric).get(f"macro.tension.{run.rig.direction}")
         if owner and run.model.scale == "meso":
             return None
@@ -92,25 +80,26 @@ class TensileReport(Report[TensileRun]):
             return None
         curve = tension_curve(run.fabric, run.rig.direction) if text is None else load_curve(path)
         if run.model.scale == "meso":
-            told = curve if curve.kind in UNRATED else marked(run, path, curve, kinds()[run.rig.kind].published)
-            return self.matched(run, told)
+            if curve.kind not in UNRATED:
+                curve = marked(run, path, curve, kinds()[run.rig.kind].published)
+            return self.matched(run, curve)
         curve = self.matched(run, curve)
         source = f"{curve.source}; assumed: of {owner}" if owner else curve.source
         given = replace(curve, kind="input", source=source)
-        return noted(given, f"the input of the shells is itself {curve.kind}")
+        return noted(given, f"the input of the macro model is itself {curve.kind}")
 
     def matched(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
-        """Force [N] of the tested strip for the width of the run; strain is relative, another gauge length is said."""
+        """Force [N] for the width of the run; strain is relative, and a note states another gauge length."""
         curve = strip_force(same_test(run, curve), run.rig.width_mm)
         if factors := self.factors(run):
-            curve = noted(curve, factor_note(factors, _yarns(run)))
+            curve = noted(curve, factor_note(factors, _yarns(run)[1]))
         gauge, own = curve.conditions.gauge_length_mm, run.rig.gauge_length_mm
         if gauge is None or math.isclose(gauge, own, rel_tol=EXACT):
             return curve
         return noted(curve, f"{own:g} instead of {gauge:g} mm between the clamps; strain is relative to it")
 
     def curve(self, specimens: list[Specimen]) -> Columns:
-        """The channels of one specimen, or mean and sd of the force of several."""
+        """Channels of one specimen, or mean and sd of the force of several."""
         if len(specimens) == 1:
             return specimens[0].history.curve
         found = corridor(specimens)
@@ -120,55 +109,45 @@ class TensileReport(Report[TensileRun]):
         """Both jaws."""
         return strip_jaws(specimen, pull_axis(run))
 
-    def pictures(self, run: TensileRun, specimens: list[Specimen], references: References, folder: Path) -> None:
-        """curve.png, energies.png, deformed.png."""
-        self._curve_picture(run, specimens, references, folder / "curve.png")
-        draw_energies(run, specimens, folder, Tensile().span)
-        yarn_pictures.strip_picture(
-            folder / "deformed.png", specimens[0].history, direction=run.rig.direction, title=title_of(run)
-        )
+    def draw_specimen(self, run: TensileRun, specimen: Specimen, folder: Path) -> None:
+        """Draw deformed.png."""
+        path, direction = folder / "deformed.png", run.rig.direction
+        yarn_pictures.strip_picture(path, specimen.history, direction=direction, title=title_of(run))
 
-    def _curve_picture(self, run: TensileRun, specimens: list[Specimen], references: References, path: Path) -> None:
-        by_name = {row.quantity: row for row in references.rows}
-        end_point = None
-        if {"peak_force_n", "fracture_strain_pct"} <= set(by_name):
-            force, strain = by_name["peak_force_n"], by_name["fracture_strain_pct"]
-            end_point = line_picture.EndPoint(strain.mean, strain.sd, force.mean, force.sd, force.table)
+    def draw_curve(self, run: TensileRun, specimens: list[Specimen], references: References, path: Path) -> None:
+        """Draw the force of the real strip, with the published end point."""
+        rows = {row.quantity: row for row in references.rows}
+        end_point, peak, strain = None, rows.get("peak_force_n"), rows.get("fracture_strain_pct")
+        if peak and strain:
+            end_point = line_picture.EndPoint(strain.mean, strain.sd, peak.mean, peak.sd, peak.table)
         shown = [line_picture.Reference(c.x, c.mean, c.kind, c.source) for c in references.curves]
-        whole = [_of_the_width(run, s, k) for k, s in enumerate(specimens)]
+        whole = []
+        for k, specimen in enumerate(specimens):
+            history, width = specimen.history, carrying_width(run, run.rig.direction, k)
+            force = history.curve["force_n"] * (run.rig.width_mm / width)
+            whole.append(replace(specimen, history=replace(history, curve=history.curve | {"force_n": force})))
         meso = run.model.scale == "meso"
         line_picture.curve_picture(
             path, [s.history.curve for s in whole], title=title_of(run), references=shown, end_point=end_point,
             corridor=_shown(whole) if len(whole) > 1 else None,
-            yarns=(_in_the_width(run), _yarns(run), run.rig.direction) if meso else None,
+            yarns=(*_yarns(run), run.rig.direction) if meso else None,
         )  # fmt: skip
 
 
-def _of_the_width(run: TensileRun, specimen: Specimen, number: int) -> Specimen:
-    """``specimen`` with the force of the real strip's yarns, of the width of the run."""
-    history = specimen.history
-    force = history.curve["force_n"] * (run.rig.width_mm / carrying_width(run, run.rig.direction, number))
-    return replace(specimen, history=replace(history, curve=history.curve | {"force_n": force}))
-
-
-def _yarns(run: TensileRun) -> str:
-    """Numbers of yarns in the strips of yarns and in a real one of the same width."""
+def _yarns(run: TensileRun) -> tuple[float, str]:
+    """Yarns in the width of the real strip, and the same with those of the model, in words."""
     counts = {yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)}
-    return f"{' or '.join(map(str, sorted(counts)))} yarns modelled, {_in_the_width(run):.4g} in the real strip"
-
-
-def _in_the_width(run: TensileRun) -> float:
-    return run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
+    whole = run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
+    return whole, f"{' or '.join(map(str, sorted(counts)))} yarns modelled, {whole:.4g} in the real strip"
 
 
 def corridor(specimens: list[Specimen]) -> Corridor:
-    """Corridor of the force [N] up to the smallest strain at maximum force, so that it is of all specimens."""
+    """Corridor of the force [N] up to the smallest strain at maximum force of all specimens."""
     curves = [_to_peak(s) for s in specimens]
     return corridor_on(np.linspace(0.0, min(x[-1] for x, _ in curves), POINTS), curves)
 
 
 def _shown(specimens: list[Specimen]) -> line_picture.Corridor:
-    """Corridor with the mean and sd of the peaks, for the picture."""
     found, ends = corridor(specimens), np.array([[v[-1] for v in _to_peak(s)] for s in specimens])
     peak = line_picture.EndPoint(*mean_sd(ends[:, 0]), *mean_sd(ends[:, 1]))
     return line_picture.Corridor(found.strain, found.mean, found.sd, peak)
