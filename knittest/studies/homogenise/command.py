@@ -1,5 +1,5 @@
-"""Command ``knittest homogenise``: tests of yarns, a card of the shells, tests of shells with it, a table and a picture
-of both.
+"""Command ``knittest homogenise``: meso runs, a macro material card from them, macro runs with the card, table and
+picture of both.
 """
 
 import sys
@@ -10,10 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import knittest
-from knittest.base.errors import InputError, KnittestError, NumericalError, OutOfTolerance, ResourceError
-from knittest.base.figure import BLUE, ORANGE, Stamp, dress, new_figure, save, stamped
+from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
+from knittest.base.figure import BLUE, ORANGE, Stamp, new_figure, save, stamped
 from knittest.base.files import write_atomic
-from knittest.base.interrupts import Interrupts
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
 from knittest.export.files import json_text
@@ -31,24 +30,29 @@ from knittest.studies.homogenise.card import (
     normalised,
     pulled,
     write_card,
-)
+)  # fmt: skip
 from knittest.studies.homogenise.check import ANGLES, TOLERANCE, Row, compared
 from knittest.studies.homogenise.plan import PIECES, Piece, Request, cell_run, cell_shell_run, shell_run, yarn_run
+from knittest.studies.trials.figure import panel
 from knittest.studies.trials.pool import LocalPool, Pool
-from knittest.studies.trials.runner import Studied, TrialRunner, says_how_to_go_on, study_folder
+from knittest.studies.trials.runner import RESUME, Studied, StudyOptions, TrialRunner, resumable, study_folder
 from knittest.studies.trials.trial import Record, code_digest, looser_note, trial_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-#: said of every card of a cell
-ALIKE = "yarns of a cell are all alike: strips of scattered yarns break at less force and strain than this card has"
+#: note on every card of a cell
+EQUAL_YARNS = (
+    "all yarns of a cell are equal: strips whose yarns scatter fail at a lower force and strain than this card"
+)
+#: scales of homogenise.json in messages
+SCALES = {"yarns": "meso", "shells": "macro", "cell": "cell"}
 
 
 @dataclass(frozen=True)
 class Ended:
-    """End of one run: ``scale`` yarns or shells, ``name`` of its test."""
+    """Outcome of one run: ``scale`` is a key of :data:`SCALES`, ``name`` that of its test."""
 
     scale: str
     name: str
@@ -57,7 +61,7 @@ class Ended:
 
 @dataclass
 class Outcome:
-    """Runs that ended, the card and its check; ``failure`` says why there is no card, and is empty where there is."""
+    """Finished runs, the card and its check; ``failure`` says why there is no card, and is empty if there is one."""
 
     run: Run
     command: str
@@ -75,12 +79,17 @@ class Outcome:
 
     @property
     def within(self) -> bool:
-        """Tell whether shells with the card reproduce the yarns."""
+        """Tell whether the macro model with the card reproduces the meso model."""
         return not self.failure and bool(self.rows) and all(row.within for row in self.rows)
 
     @property
+    def note(self) -> str:
+        """Limit of a card of a cell; empty for other cards."""
+        return EQUAL_YARNS if isinstance(self.run, CellRun) else ""
+
+    @property
     def worst(self) -> Row | None:
-        """The row of largest deviation."""
+        """Row of largest deviation."""
         return max(self.rows, key=lambda row: abs(row.deviation), default=None)
 
 
@@ -97,7 +106,7 @@ def as_data(outcome: Outcome) -> dict[str, object]:
         "tolerance_pct": TOLERANCE,
         "largest_deviation_pct": abs(outcome.worst.deviation) if outcome.worst else None,
         "check": [asdict(row) | {"within": row.within} for row in outcome.rows],
-        "note": _note(run),
+        "note": outcome.note,
         "looser_limits": looser_note(one.record for one in outcome.ended),
         "runs": [_run(one) for one in outcome.ended],
         "version": knittest.__version__, "code": code_digest(), "written": now(),
@@ -114,45 +123,30 @@ def _run(one: Ended) -> dict[str, object]:
 
 def report_lines(outcome: Outcome) -> list[str]:
     """Lines that the command prints at its end."""
-    lines = [f"  {one.name} of {one.scale} {_brief(one.record)}" for one in outcome.ended if _lost(one.record)]
+    lost = [one for one in outcome.ended if one.record.status != "completed"]
+    lines = [f"  {one.name}, {SCALES[one.scale]}, {one.record.status}: {one.record.reason}" for one in lost]
     lines += looser_note(one.record for one in outcome.ended)
     if outcome.failure:
         return [f"no card: {outcome.failure}", *lines]
     width = max(len(f"{row.test}, {row.quantity}") for row in outcome.rows)
-    lines.append(f"{'':{width}}  {'yarns':>10}  {'shells':>10}  deviation")
+    lines.append(f"{'':{width}}  {'meso':>10}  {'macro':>10}  deviation")
     for row in outcome.rows:
-        name, mark = f"{row.test}, {row.quantity}", "" if row.within else f"  more than {TOLERANCE:g} %"
+        name, mark = f"{row.test}, {row.quantity}", "" if row.within else f"  above {TOLERANCE:g} %"
         lines.append(
             f"{name:{width}}  {row.yarns:>10.5g}  {row.shells:>10.5g}  {row.deviation:>+7.2f} %  {row.unit}{mark}"
         )
-    lines += [note] if (note := _note(outcome.run)) else []
-    worst = outcome.worst
-    if worst:
-        lines.append(
-            f"{outcome.status} within {TOLERANCE:g} %: largest deviation {worst.deviation:+.2f} %, {worst.test}, "
-            f"{worst.quantity}"
-        )
+    lines += [outcome.note] if outcome.note else []
+    if worst := outcome.worst:
+        where = f"{worst.deviation:+.2f} %, {worst.test}, {worst.quantity}"
+        lines.append(f"{outcome.status} within {TOLERANCE:g} %: largest deviation {where}")
     return lines
-
-
-def _note(run: Run) -> str:
-    """Sentence on what a card of a cell overstates; of other cards empty."""
-    return ALIKE if isinstance(run, CellRun) else ""
-
-
-def _lost(record: Record) -> bool:
-    return record.status != "completed"
-
-
-def _brief(record: Record) -> str:
-    return f"{record.status}: {record.reason}"
 
 
 Pairs = dict[Piece, tuple[Tested, Tested]]
 
 
 def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
-    """Force over strain, over shear angle, and bending stiffnesses; ``pairs`` are yarns and shells of each test.
+    """Draw tension, shear and bending; ``pairs`` are the meso and the macro run of each test.
 
     Raises :class:`ResourceError`.
     """
@@ -161,26 +155,24 @@ def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
     figure.subplots_adjust(left=0.08, right=0.97, bottom=0.08, top=0.86, wspace=0.22, hspace=0.42)
     curves = [piece for piece in pairs if piece.kind != "cantilever"]
     for axes, piece in zip(panels, curves, strict=False):
-        _curves(axes, piece, *pairs[piece])
-    _bent(panels[3], {piece: pair for piece, pair in pairs.items() if piece.kind == "cantilever"})
+        _curves(panel(axes), piece, *pairs[piece])
+    _bent(panel(panels[3]), {piece: pair for piece, pair in pairs.items() if piece.kind == "cantilever"})
     run, worst = outcome.run, outcome.worst
-    said = f"; largest deviation {worst.deviation:+.1f} %" if worst else ""
+    largest = f"; largest deviation {worst.deviation:+.1f} %" if worst else ""
     numbers = numbers_of(run.parameters)
-    title = f"{run.fabric.name} ({numbers}), {run.model.preset}: shells with the card made of yarns{said}"
+    title = f"{run.fabric.name} ({numbers}), {run.model.preset}: macro model with the card, and meso model{largest}"
     figure.suptitle(title, x=0.08, y=0.975, ha="left", va="top", fontsize=12)
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, fontsize=9.5, loc="upper left", bbox_to_anchor=(0.07, 0.945), ncols=2)
     tested = [f"{piece.name}: {', '.join(size_of(yarns.run))}" for piece, (yarns, _) in pairs.items()]
     facts = (run.fabric.name, f"parameters {numbers}", f"preset {run.model.preset}", *tested)
-    with stamped(Stamp(facts, f"yarns {outcome.status} by shells with the card", bad=not outcome.within)):
+    with stamped(Stamp(facts, f"meso model {outcome.status} by the macro model", bad=not outcome.within)):
         save(figure, path)
 
 
 def _curves(axes: "Axes", piece: Piece, yarns: Tested, shells: Tested) -> None:
-    dress(axes)
-    axes.spines["right"].set_visible(False)
     tensile = piece.kind == "tensile"
-    styles = (("yarns", BLUE, "-", 2.4), ("shells with the card", ORANGE, "--", 1.6))
+    styles = (("meso model", BLUE, "-", 2.4), ("macro model with the card", ORANGE, "--", 1.6))
     for test, (label, colour, dash, thick) in zip((yarns, shells), styles, strict=True):
         axes.plot(*(pulled if tensile else normalised)(test), dash, color=colour, linewidth=thick, label=label)
     axes.set_xlim(left=0.0)
@@ -195,9 +187,7 @@ def _curves(axes: "Axes", piece: Piece, yarns: Tested, shells: Tested) -> None:
 
 
 def _bent(axes: "Axes", pairs: Pairs) -> None:
-    """Bending stiffness by direction as a pair of bars."""
-    dress(axes)
-    axes.spines["right"].set_visible(False)
+    """Draw the bending stiffness by direction as a pair of bars."""
     axes.grid(False, axis="x")
     for k, (yarns, shells) in enumerate(pairs.values()):
         for test, shift, colour in ((yarns, -0.17, BLUE), (shells, 0.17, ORANGE)):
@@ -213,56 +203,59 @@ def _bent(axes: "Axes", pairs: Pairs) -> None:
 RESULT, PICTURE, REQUEST = "homogenise.json", "homogenise.png", "command.txt"
 
 
-@dataclass(frozen=True)
-class HomogeniseOptions:
-    """Place of a homogenisation, the time [s] that a test of it may take, and what it reports."""
+@dataclass(frozen=True, kw_only=True)
+class HomogeniseOptions(StudyOptions):
+    """Options of a homogenisation; ``time_limit`` [s] is that of a test."""
 
-    out: Path | None = None
-    workers: int | None = None
-    threads: int | None = None
     time_limit: float = 7200.0
     json: bool = False
-    quiet: bool = False
-
-
-def homogenise_command(request: Request, options: HomogeniseOptions, command: str) -> int:
-    """Homogenise, or go on with it; returns the exit code. Raises as :func:`run_homogenisation`."""
-    return run_homogenisation(request, options, command).exit_code
 
 
 def run_homogenisation(request: Request, options: HomogeniseOptions, command: str) -> Studied:
-    """Homogenise, or go on with it; the exit code is 3 without a card, 5 where it does not reproduce the yarns.
+    """Homogenise or resume; the exit code is 3 without a card, 5 if the macro model does not reproduce the meso model.
 
     ``command`` is how it was called. Raises :class:`InputError` before anything runs.
     """
-    made = cell_run if request.source == "cell" else yarn_run
-    runs = {piece: made(request, piece) for piece in PIECES}
+    cell = request.source == "cell"
+    runs = {piece: (cell_run if cell else yarn_run)(request, piece) for piece in PIECES}
     pool = LocalPool(options.workers, options.threads)
     first = runs[PIECES[0]]
-    of = "homogenise-cell" if request.source == "cell" else "homogenise"
-    name = f"{of}-{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
+    name = (
+        f"homogenise{'-cell' if cell else ''}-{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
+    )
     folder = study_folder(options.out or Path("runs") / name, REQUEST, f"{command}\n", "homogenisation")
     outcome = Outcome(first, command)
-    with says_how_to_go_on(), Interrupts() as interrupts, interrupts.deciding():
+    with resumable():
         for name in (FABRIC, RESULT, PICTURE):  # of an earlier card
             (folder / name).unlink(missing_ok=True)
         pairs = _work(runs, pool, folder, options, outcome)
         if pairs:
             homogenise_picture(outcome, pairs, folder / PICTURE)
         write_atomic(folder / RESULT, json_text(as_data(outcome)))
-    return Studied(folder, _say(outcome, folder, options))
+    if options.json:
+        print(json_text(as_data(outcome)), end="")
+    elif not options.quiet:
+        files = [RESULT] if outcome.failure else [FABRIC, RESULT, PICTURE]
+        for line in [*report_lines(outcome), f"written: {', '.join(str(folder / name) for name in files)}"]:
+            print(line)
+    error = NumericalError if outcome.failure else OutOfTolerance
+    return Studied(folder, 0 if outcome.within else error.exit_code)
 
 
-def _work(
-    runs: dict[Piece, Run], pool: Pool, folder: Path, options: HomogeniseOptions, outcome: Outcome
-) -> dict[Piece, tuple[Tested, Tested]]:
-    """Run both scales and fill ``outcome``; the finished tests of both, by piece, empty where there is no card."""
+def _work(runs: dict[Piece, Run], pool: Pool, folder: Path, options: HomogeniseOptions, outcome: Outcome) -> Pairs:
+    """Run both scales and fill ``outcome``; the finished tests of both, by piece, empty if there is no card."""
+    cell = isinstance(outcome.run, CellRun)
     with TrialRunner(folder, pool, limit=options.time_limit) as runner:
         try:
-            yarns = _tests(runs, runner, _scale(runs), options, outcome)
-            outcome.card = card_of(yarns)
-            card = write_card(outcome.card, folder, outcome.command)
-            shells = _tests(_shell_runs(runs, card, outcome.card), runner, "shells", options, outcome)
+            yarns = _tests(runs, runner, "cell" if cell else "yarns", options, outcome)
+            outcome.card = made = card_of(yarns)
+            card, last = write_card(made, folder, outcome.command), float(made.shear[0][-1])
+            macro = {
+                piece: cell_shell_run(piece, run, card, last, made.bending) if cell
+                else shell_run(piece, run, card, last)
+                for piece, run in runs.items()
+            }  # fmt: skip
+            shells = _tests(macro, runner, "shells", options, outcome)
         except (NumericalError, InputError) as error:
             (folder / FABRIC).unlink(missing_ok=True)
             outcome.card, outcome.failure = None, str(error)
@@ -272,22 +265,11 @@ def _work(
     return pairs
 
 
-def _scale(runs: dict[Piece, Run]) -> str:
-    return "cell" if isinstance(runs[PIECES[0]], CellRun) else "yarns"
-
-
-def _shell_runs(runs: dict[Piece, Run], card: Path, made: Card) -> dict[Piece, Run]:
-    last = float(made.shear[0][-1])
-    if _scale(runs) == "cell":
-        return {piece: cell_shell_run(piece, run, card, last, made.bending) for piece, run in runs.items()}
-    return {piece: shell_run(piece, run, card, last) for piece, run in runs.items()}
-
-
 def _tests(
     runs: dict[Piece, Run], runner: TrialRunner, scale: str, options: HomogeniseOptions, outcome: Outcome
 ) -> dict[Piece, Tested]:
-    """The tests of one scale, run or found in the ledger; raises :class:`NumericalError` when one has no result."""
-    trials = {piece: trial_of(run, f"{piece.name} of {scale}") for piece, run in runs.items()}
+    """Finished tests of one scale, run or from the ledger; raises :class:`NumericalError` if one has no result."""
+    trials = {piece: trial_of(run, f"{piece.name}, {SCALES[scale]}") for piece, run in runs.items()}
     pieces = {trial.key: piece for piece, trial in trials.items()}
     records = {}
     for record in runner.run(list(trials.values())):
@@ -295,24 +277,13 @@ def _tests(
         records[piece] = record
         outcome.ended.append(Ended(scale, piece.name, record))
         if not options.quiet:
+            reason = f": {record.reason}" if record.reason else ""
             with suppress(OSError):
-                said = f": {record.reason}" if record.reason else ""
-                text = f"{piece.name} of {scale}: {record.status}{said} ({record.seconds:.1f} s)"
+                text = f"{trials[piece].label}: {record.status}{reason} ({record.seconds:.1f} s)"
                 print(text, file=sys.stderr, flush=True)
         if record.status == "blocked":
-            raise ResourceError(f"{record.reason}; what is finished is kept, run the same command again to go on")
+            raise ResourceError(f"{record.reason}; {RESUME}")
     lost = [f"{piece.name} {r.status}: {r.reason}" for piece, r in records.items() if r.status != "completed"]
     if lost:
-        raise NumericalError(f"{scale}: {'; '.join(lost)}")
+        raise NumericalError(f"{SCALES[scale]}: {'; '.join(lost)}")
     return {p: Tested(runs[p], runner.place(trials[p]), records[p].results, trials[p].key) for p in runs}
-
-
-def _say(outcome: Outcome, folder: Path, options: HomogeniseOptions) -> int:
-    if options.json:
-        print(json_text(as_data(outcome)), end="")
-    elif not options.quiet:
-        files = [RESULT] if outcome.failure else [FABRIC, RESULT, PICTURE]
-        for line in [*report_lines(outcome), f"written: {', '.join(str(folder / name) for name in files)}"]:
-            print(line)
-    error: type[KnittestError] = NumericalError if outcome.failure else OutOfTolerance
-    return 0 if outcome.within else error.exit_code
