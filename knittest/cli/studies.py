@@ -237,11 +237,11 @@ def speed_study(variant: str | None, fabric: Path | None, tests: tuple[str, ...]
 
     Example: knittest speed-study --variant 2 --test friction --scale macro
     """
-    from knittest.studies.speed_study import SCALES, StudyOptions, study_command
+    from knittest.studies.speed_study import SCALES, SpeedOptions, study_command
 
     if variant is None and fabric is None:
         variant = "1"
     scales = SCALES if scale == "both" else (scale,)
     return study_command(
-        StudyOptions(variant=variant, fabric=fabric, tests=tests or names("studied"), scales=scales, **chosen)
+        SpeedOptions(variant=variant, fabric=fabric, tests=tests or names("studied"), scales=scales, **chosen)
     )

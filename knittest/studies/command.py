@@ -65,10 +65,7 @@ def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
 
 
 def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
-    """Resume the run in ``folder``, or all runs that were planned in it; returns the exit code.
-
-    A completed run keeps its exit code. Raises as :func:`resume_all` does.
-    """
+    """Resume all runs in ``folder`` as :func:`resume_all` does; returns the exit code, which completed runs keep."""
     outcomes, codes = resume_all(folder, options, force)
     return max([*codes, _report(outcomes, options) if outcomes else 0])
 

@@ -17,7 +17,7 @@ from knittest.laboratory.halving import LIMIT, Halving, change, diagnostic, halv
 from knittest.runs.show import print_text
 from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.runner import run_all
+from knittest.studies.trials.runner import StudyOptions, run_all
 from knittest.studies.trials.trial import Trial, trial_of
 
 COLUMNS = (
@@ -91,27 +91,21 @@ TIME_LIMIT = 14400.0
 SCALES = ("macro", "meso")
 
 
-@dataclass(frozen=True)
-class StudyOptions:
-    """Options of the study: its folder, ``tests`` (all with a speed study by default) and ``scales``."""
+@dataclass(frozen=True, kw_only=True)
+class SpeedOptions(StudyOptions):
+    """Options of the study: ``tests`` (all with a speed study by default) and ``scales``."""
 
-    out: Path
+    out: Path = Path("runs/speed-study")
     variant: str | None = None
     fabric: Path | None = None
     tests: Sequence[str] = field(default_factory=lambda: names("studied"))
     scales: Sequence[str] = SCALES
     direction: str = "warp"
     preset: str = "quick"
-    workers: int | None = None
-    threads: int | None = None
-    quiet: bool = False
 
 
-def study_command(options: StudyOptions) -> int:
-    """Run or resume the study in the folder, write CSV and Markdown there, and print; returns the exit code.
-
-    Raises :class:`NumericalError` if a run has no result.
-    """
+def study_command(options: SpeedOptions) -> int:
+    """Run or resume the study, write CSV and Markdown; raises :class:`NumericalError` if a run has no result."""
     runs = [
         resolve(
             test=test, variant=options.variant, fabric=options.fabric, scale=scale, preset=options.preset,
@@ -142,7 +136,7 @@ def _label(run: Run) -> str:
     return f"{run.rig.kind} {run.model.scale}"
 
 
-def _all_results(trials: list[Trial], options: StudyOptions) -> list[dict[str, float]]:
+def _all_results(trials: list[Trial], options: SpeedOptions) -> list[dict[str, float]]:
     """Results of ``trials``, which run unless they are finished; raises :class:`NumericalError`."""
     pool = LocalPool(options.workers, options.threads)
     records = run_all(trials, options.out, pool, limit=TIME_LIMIT, quiet=options.quiet)

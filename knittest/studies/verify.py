@@ -49,10 +49,7 @@ def unverified(folder: Path, run: Run) -> bool:
 
 
 def finished(run: Run, folder: Path, against: Sequence[Path] = ()) -> Outcome:
-    """Outcome of the completed ``run`` in ``folder``, compared with the curves ``against``.
-
-    Raises :class:`InputError` if its summary is damaged.
-    """
+    """Outcome of the completed ``run``, compared with ``against``; raises :class:`InputError` for a damaged summary."""
     summary, curves = _summary(folder), []
     found = {name: summary["quality"].get(name) for name in Quality.__dataclass_fields__}
     quality = Quality(**{name: math.nan if value is None else value for name, value in found.items()})  # type: ignore[arg-type]

@@ -14,7 +14,7 @@ import pytest
 from knittest.base.files import PACKAGE
 from knittest.cli.main import run
 from knittest.studies.batch import command
-from knittest.studies.batch.command import BatchOptions, batch_command
+from knittest.studies.batch.command import BatchOptions, run_batch
 from knittest.studies.trials import live
 from knittest.studies.trials.trial import Record, trial_of
 
@@ -64,7 +64,7 @@ class Pretending:
 
 def batch(pool, monkeypatch, **options) -> int:
     monkeypatch.setattr(command, "_pool", lambda _: pool)
-    return batch_command(Path("s.yaml"), BatchOptions(**options), lambda _: False)
+    return run_batch(Path("s.yaml"), BatchOptions(**options), lambda _: False).exit_code
 
 
 def started(*arguments, cwd) -> subprocess.Popen:
@@ -97,7 +97,7 @@ def test_a_sweep_runs_once_and_leaves_a_table_and_a_picture(sweep, capsys):
     )
     assert run(["batch", "s.yaml", "--workers", "2", "--parquet"]) == 3
     said = capsys.readouterr()
-    assert "[4/4] " in said.err and "2 completed: ran, and its quality gates passed" in said.out
+    assert "[4/4] " in said.err and "2 completed: the run ended and passed all quality checks" in said.out
     table = pd.read_csv(folder / "results.csv")
     assert list(table["status"]) == ["completed", "refused"] * 2 and list(table["rig.width"]) == [20, 20, 40, 40]
     assert table["peak_force_n"][2] == pytest.approx(2.0 * table["peak_force_n"][0], rel=0.03)
@@ -159,7 +159,7 @@ def test_very_many_runs_are_refused_at_once_without_yes(sweep, capsys):
     sweep(FAST + text + "range: {solver.damping: {low: 1, high: 2, steps: 1000}}")
     began = time.monotonic()
     assert run(["batch", "s.yaml"]) == 2
-    assert "s.yaml: 10,000,000 runs, more than 10,000: run them with --yes" in capsys.readouterr().err
+    assert "s.yaml: 10,000,000 runs, more than 10,000: confirm with --yes" in capsys.readouterr().err
     assert time.monotonic() - began < 10.0 and not Path("runs").exists()
 
 
@@ -214,7 +214,7 @@ def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
     process.send_signal(number)
     _, error = process.communicate(timeout=60)
     assert process.returncode == (75 if number == signal.SIGINT else -signal.SIGKILL)
-    assert number == signal.SIGKILL or "go on with the same command" in error
+    assert number == signal.SIGKILL or "run the same command again to resume" in error
     assert gone(worker)
     assert len(list(folder.glob("trials/*/checkpoint-0*.npz"))) == 1
     assert number == signal.SIGKILL or "open" in set(pd.read_csv(folder / "results.csv")["status"])
@@ -260,4 +260,4 @@ def test_the_overview_counts_and_names_what_runs():
     assert " 50 %" in shown.running[0] and "a strip" in shown.running[0]
     view.ended(trial, Record(trial.key, "timeout", "not done after 2 s", seconds=2.0))
     assert "[2/3] a strip: timeout: not done after 2 s (2.0 s)" in shown.heads
-    assert "2/3 runs (1 timeout, 1 from before)" in shown.heads[-1] and shown.running == []
+    assert "2/3 runs (1 timeout, 1 finished before)" in shown.heads[-1] and shown.running == []

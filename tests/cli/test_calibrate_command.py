@@ -68,7 +68,7 @@ def test_the_same_command_goes_on_after_ctrl_c(tmp_path):
     while process.poll() is None and not (ledger.exists() and ledger.read_text() and [*ledger.parent.glob(kept)]):
         time.sleep(0.01)
     process.send_signal(signal.SIGINT)
-    assert "go on with the same command" in process.communicate(timeout=120)[1] and process.returncode == 75
+    assert "run the same command again to resume" in process.communicate(timeout=120)[1] and process.returncode == 75
     before = ledger.read_text().splitlines()
     assert subprocess.run(command, cwd=tmp_path, env=environment, timeout=300, check=False).returncode == 0
     after = ledger.read_text().splitlines()

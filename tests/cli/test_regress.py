@@ -71,7 +71,7 @@ def test_all_as_published_passes_and_says_what_it_is_worth(stored, capsys):
     )
     assert re.search(r"V2 weft +macro +quick +overhang \[mm\] .* tuned +within 1 sd +pass", text)
     assert re.search(rf"tensile +macro +440 +{ELEMENTS} +0.067 +{CPU_S / 3600.0:.2g} +5000 +12 +preset quick", text)
-    assert "different machines" in text
+    assert "other machines than in the paper" in text
     assert re.search(rf"forming +macro +27512 +{ELEMENTS} +384 +{CPU_S / 3600.0:.2g} +5000 +12 +preset quick", text)
     assert re.search(r"cantilever +meso +\d+ +- +[\d.]+ +- +- +- +not run at this level", text)
 
@@ -126,7 +126,7 @@ def test_a_number_may_be_off_by_five_times_its_scatter(regress, factor, code, ca
     text = capsys.readouterr().out
     assert (f"FAIL {FORMING}: stamp_force_max_n" in text) == (code == 5)
     said = (
-        r"these and 5 times the scatter of 12 runs rounded differently, together [45]\.\d % at most \(stamp_force_max_n"
+        r"plus 5 times the scatter of 12 runs rounded differently, in all at most [45]\.\d % \(stamp_force_max_n"
     )
     assert re.search(said, text)
     changed("results", "max_wrinkle_height_mm", factor=1.002, case=FORMING)
@@ -153,7 +153,7 @@ def test_a_run_that_rounding_refuses_is_not_stored_and_fails(stored, capsys):
     assert (
         f"FAIL {FORMING}: not stored: {FORMING}, rounding 3, the same run with other rounding, refused: refused" in text
     )
-    assert "a run at the edge of a gate guards nothing" in text
+    assert "a run at the limit of a quality check is no baseline" in text
     assert json.loads(before)["entries"][FORMING] == json.loads(Path("b.json").read_text())["entries"][FORMING]
 
 
@@ -175,7 +175,7 @@ def test_what_enlarges_rounding_at_a_price_has_limits_of_its_own(regress, name, 
     assert regress(*level) == code
     text = capsys.readouterr().out
     assert (f"FAIL {name}" in text) == (code == 5)
-    assert f"{name}, which enlarges rounding: 4 %, 2 %, of buckles 10 %" in text
+    assert f"{name}, which amplifies rounding: 4 %, 2 %, buckles 10 %" in text
 
 
 @pytest.mark.parametrize("gone", [None, "nan"])
@@ -193,7 +193,7 @@ def test_a_number_without_value_is_neither_stored_nor_passes(stored, gone, capsy
     assert f"FAIL {YARNS}: wrinkle_onset_deg: 12 stored, nan now" in capsys.readouterr().out
     assert stored("--update-baseline", pool=Pretending(more={YARNS: lost})) == 5
     text = (
-        f"FAIL {YARNS}: not stored: limits would grow by more than 30 %: wrinkle_onset_deg 1 % to none, as it is gone"
+        f"FAIL {YARNS}: not stored: limits would grow by more than 30 %: wrinkle_onset_deg 1 % to none, as it is missing"
     )
     assert text in capsys.readouterr().out
 
@@ -211,8 +211,8 @@ def test_a_run_without_result_fails_with_its_reason(stored, capsys):
     pool = Pretending(ends=lambda trial: "refused" if trial.label == TENSILE else "completed")
     assert stored(pool=pool) == 5
     text = capsys.readouterr().out
-    assert "FAIL: the run refused: refused with a bell" in text
-    assert f"FAIL {TENSILE}: the run refused" in text
+    assert "FAIL: run refused: refused with a bell" in text
+    assert f"FAIL {TENSILE}: run refused" in text
 
 
 def test_a_machine_without_room_is_no_regression(stored):
@@ -259,9 +259,9 @@ def test_table_4_has_all_runs_of_the_paper_at_its_size_two_at_a_time_on_one_thre
     assert stored("--table", "4", "--level", "full", "--update-baseline") == 0
     assert stored.shares == [(None, None), (2, 1)]
     lines = capsys.readouterr().out.splitlines()
-    rows = [line for line in lines if re.search("preset paper, (100n, )?gates passed", line)]
+    rows = [line for line in lines if re.search("preset paper, (100n, )?quality checks passed", line)]
     assert len(rows) == 10 and all(" 5000 " in row and " 12 " in row for row in rows)
-    assert "together, of what ran: 4011 CPU h in the paper, 0.1 here" in lines
+    assert "sum of the tests that ran: 4011 CPU h in the paper, 0.1 here" in lines
 
 
 def test_a_run_that_gates_refuse_has_its_cost_and_says_so():
@@ -276,7 +276,7 @@ def test_a_run_that_gates_refuse_has_its_cost_and_says_so():
 
 def test_a_run_without_an_entry_fails_as_nothing_judges_it(stored, capsys):
     assert stored("--level", "full", "--scale", "macro", "--junit", "j.xml") == 5
-    said = "FAIL picture-frame-macro-v1-paper: not in the baseline, so nothing judges it: --update-baseline stores it"
+    said = "FAIL picture-frame-macro-v1-paper: not in the baseline, so it is not compared: store it with --update-baseline"
     assert said in capsys.readouterr().out
     assert len(ET.parse("j.xml").findall(".//failure")) == 14
 
@@ -309,7 +309,7 @@ def test_json_is_one_object_alone(stored, capsys):
         (["--baseline", "none.json"], "none.json: no baseline"),
         (["--baseline", "text.json"], "text.json: no baseline of this version"),
         (["--baseline", "next.json"], "format"),
-        (["--junit", "nowhere/j.xml"], "nowhere/j.xml: expected a file in a folder"),
+        (["--junit", "nowhere/j.xml"], "nowhere/j.xml: expected a file in an existing folder"),
         (["--out", "taken"], "holds thesis.txt, but no regression"),
         (["--out", "text.json"], "is a file"),
     ],
@@ -328,7 +328,7 @@ def test_bad_input_ends_with_2_before_anything_runs(stored, arguments, said, cap
 def test_no_such_rows_is_bad_input(stored, monkeypatch, capsys):
     monkeypatch.setattr(cases, "cases_of", lambda level: [])
     assert stored() == 2
-    assert "no run has such rows" in capsys.readouterr().err
+    assert "no run has these rows" in capsys.readouterr().err
 
 
 def test_a_reduced_run_has_no_row_of_table_3():

@@ -36,7 +36,7 @@ def test_a_small_study_runs_and_goes_on(tmp_path, monkeypatch, capsys):
     for row in rows:  # two faces
         assert float(row["V1 of both faces"]) == pytest.approx(2.0 * float(row[COEFFICIENT]), rel=0.01)
     said = capsys.readouterr()
-    assert "finished: 8 runs (8 completed) at 8 points" in said.out and "samples = 2: indices take 16" in said.out
+    assert "finished: 8 runs (8 completed) at 8 points" in said.out and "samples = 2: indices need at least 16" in said.out
     found = json.loads((folder / "uncertainty.json").read_text())
     holds = [0.14 < 2.0 * float(row[COEFFICIENT]) < 0.16 for row in rows[:4]]
     assert found["statements"][0]["holds"] == sum(holds) and (folder / "report.html").exists()

@@ -82,7 +82,7 @@ def test_a_process_that_hangs_is_killed_at_the_limit_and_the_others_go_on(tmp_pa
     stopper = meanwhile(lambda: os.kill(process_in(tmp_path / "trials" / hanging.key), signal.SIGSTOP))
     records = run(tmp_path, [hanging, quick], limit=8.0)
     stopper.join()
-    assert records[hanging.key].status == "timeout" and records[hanging.key].reason == "not done after 8 s"
+    assert records[hanging.key].status == "timeout" and records[hanging.key].reason == "not finished after 8 s"
     assert records[quick.key].status == "refused"
     same, longer = Counting(), Counting()
     run(tmp_path, [hanging, quick], limit=8.0, pool=same)
@@ -166,7 +166,7 @@ def test_a_settled_record_stands_whatever_a_later_line_says(tmp_path):
 
 
 def test_one_process_a_ledger(tmp_path):
-    with Ledger(tmp_path / "ledger.jsonl"), pytest.raises(ResourceError, match="another process is at work here"):
+    with Ledger(tmp_path / "ledger.jsonl"), pytest.raises(ResourceError, match="another process runs this study"):
         run(tmp_path, [trial()], pool=Counting())
     run(tmp_path, [trial()], pool=Counting())
 

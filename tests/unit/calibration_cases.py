@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.studies.calibrate import command
-from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.studies.calibrate.command import CalibrateOptions, run_calibration
 from knittest.studies.trials.trial import Record
 
 BEND = """
@@ -84,7 +84,7 @@ def calibrate(text: str, folder: Path, monkeypatch, pool) -> int:
     (folder / "c.yaml").write_text(text)
     monkeypatch.chdir(folder)
     monkeypatch.setattr(command, "LocalPool", lambda workers, threads: pool)
-    return calibrate_command(Path("c.yaml"), CalibrateOptions(quiet=True))
+    return run_calibration(Path("c.yaml"), CalibrateOptions(quiet=True)).exit_code
 
 
 def outcome(folder: Path) -> dict:

@@ -53,7 +53,7 @@ def test_the_table_of_a_sweep_names_looser_limits(tmp_path: Path) -> None:
     column = results_table(plan, rows, records)["looser_limits"]
     assert [str(value) for value in column] == ["nan", "solver.max_kinetic_ratio=50.0"]
     assert looser_note(records.values()) == [
-        "limits looser than the preset's, accepted by --accept-limits: solver.max_kinetic_ratio=50.0"
+        "limits looser than those of the preset, accepted by --accept-limits: solver.max_kinetic_ratio=50.0"
     ]
     assert looser_note([records[keys[0]]]) == []
 

@@ -19,7 +19,7 @@ from calibration_cases import (
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.studies.calibrate import command
-from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.studies.calibrate.command import CalibrateOptions, run_calibration
 
 RESULT = Path("runs/calibrate-c")
 
@@ -55,7 +55,7 @@ def test_when_no_run_around_the_root_gives_a_number_there_is_no_fabric(tmp_path,
     assert calibrate(BEND, tmp_path, monkeypatch, Pretending()) == 0 and (RESULT / "fabric.yaml").exists()
     wide = BEND.replace("high: 12", "high: 15")
     assert calibrate(wide, tmp_path, monkeypatch, Pretending(ends=lost_between(4.0, 6.5))) == 3
-    assert outcome(tmp_path)["status"] == "not converged" and "gave no number" in outcome(tmp_path)["reason"]
+    assert outcome(tmp_path)["status"] == "not converged" and "between the bounds have no result" in outcome(tmp_path)["reason"]
     assert not (RESULT / "fabric.yaml").exists()
 
 
@@ -63,8 +63,8 @@ def test_when_no_run_around_the_root_gives_a_number_there_is_no_fabric(tmp_path,
     ("results", "said"),
     [
         (lambda trial: {"overhang_mm": 100.0 + stiffness(trial)}, "c.yaml:4: the bounds do not enclose the target"),
-        (lambda trial: {"overhang_mm": 100.0}, "fabric.macro.bending_stiffness.warp does not matter"),
-        (lambda trial: {"overhang_mm": 100.0 if stiffness(trial) < 5.0 else 300.0}, "jumped over at 5"),
+        (lambda trial: {"overhang_mm": 100.0}, "fabric.macro.bending_stiffness.warp has no influence"),
+        (lambda trial: {"overhang_mm": 100.0 if stiffness(trial) < 5.0 else 300.0}, "jumps over the target at fabric.macro.bending_stiffness.warp = 5"),
     ],
 )
 def test_a_target_out_of_reach_is_said(tmp_path, monkeypatch, results, said):
@@ -75,7 +75,7 @@ def test_a_target_out_of_reach_is_said(tmp_path, monkeypatch, results, said):
 def test_runs_are_limited(tmp_path, monkeypatch):
     pool = Pretending()
     assert calibrate(BEND + "max_runs: 3\n", tmp_path, monkeypatch, pool) == 3
-    assert len(pool.asked) == 3 and outcome(tmp_path)["reason"] == "max_runs = 3 runs were not enough"
+    assert len(pool.asked) == 3 and outcome(tmp_path)["reason"] == "the search needs more than max_runs = 3 runs"
 
 
 @pytest.mark.parametrize(("method", "least"), [("differential-evolution", 67), ("optuna", 40)])
@@ -83,7 +83,7 @@ def test_too_few_runs_for_a_search_are_said(tmp_path, monkeypatch, method, least
     if method == "optuna":
         pytest.importorskip("optuna")
     assert calibrate(f"{TWO}method: {method}\nmax_runs: 30\n", tmp_path, monkeypatch, Pretending()) == 3
-    assert outcome(tmp_path)["reason"] == f"max_runs = 30: {method} needs {least} runs here at least"
+    assert outcome(tmp_path)["reason"] == f"max_runs = 30: {method} needs at least {least} runs here"
     assert (RESULT / "convergence.png").exists()
 
 
@@ -101,7 +101,7 @@ def test_least_squares_goes_round_what_gives_no_number(tmp_path, monkeypatch, nu
 
 def test_no_room_ends_it_and_keeps_what_is_finished(tmp_path, monkeypatch):
     full = Pretending(ends=lambda trial: "blocked" if 2.0 < stiffness(trial) < 12.0 else "completed")
-    with pytest.raises(ResourceError, match="what is finished is kept"):
+    with pytest.raises(ResourceError, match="finished runs are kept"):
         calibrate(BEND, tmp_path, monkeypatch, full)
     pool = Pretending()
     assert calibrate(BEND, tmp_path, monkeypatch, pool) == 0 and pool.asked[0] == full.asked[2]
@@ -128,17 +128,17 @@ def test_a_result_that_the_test_does_not_have_is_refused(tmp_path, monkeypatch):
         ("spacing: log", "mean: 5", "parameters.fabric.macro.bending_stiffness.warp.sd: missing"),
         ("spacing: log", "start: 1", "must be between low = 2 and high = 12"),
         ("quantity: overhang_mm", "quantity: peak_force", "c.yaml:8: quantity = peak_force: no row of variant 1 warp"),
-        ("quantity: overhang_mm", "quantity: bending_stiffness_eq2_n_mm_per_width", "states no scatter: give sd"),
+        ("quantity: overhang_mm", "quantity: bending_stiffness_eq2_n_mm_per_width", "states no scatter: add sd"),
         ("quantity: overhang_mm", "curve: none.csv", "c.yaml:8: curve: "),
         ("quantity: overhang_mm", "weight: 1", "expected quantity (a result) or curve (a CSV)"),
         ("quantity: overhang_mm", "quantity: overhang_mm, value: 3", "a value needs quantity and sd"),
-        ("test: bend,", "test: bnd,", "c.yaml:8: test = bnd: no such test here (known: bend)"),
+        ("test: bend,", "test: bnd,", "c.yaml:8: test = bnd: no such test in this file (known: bend)"),
         ("variant: 1", "variant: 9", "c.yaml:2: --variant 9: unknown fabric"),
         ("variant: 1", "fabric: none.yaml", "c.yaml:2: no such file"),
         ("tolerance: 0.01", "tolerance: 0", "must be greater than 0"),
         ("tolerance: 0.01", "storag: sqlite", "unknown field"),
-        ("tolerance: 0.01", "storage: sqlite", "only method = optuna has a database"),
-        ("targets:", "  spare: {test: friction}\ntargets:", "tests.spare: no target is about it"),
+        ("tolerance: 0.01", "storage: sqlite", "only method = optuna uses a database"),
+        ("targets:", "  spare: {test: friction}\ntargets:", "tests.spare: no target belongs to this test"),
     ],
 )  # fmt: skip
 def test_bad_input_is_refused_with_its_line_before_anything_runs(tmp_path, monkeypatch, old, new, said):
@@ -154,5 +154,5 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path, monkeypatch):
     (tmp_path / "c.yaml").write_text(BEND)
     monkeypatch.setattr(command, "LocalPool", lambda workers, threads: Pretending(bending))
     with pytest.raises(InputError, match="but no calibration"):
-        calibrate_command(tmp_path / "c.yaml", CalibrateOptions(out=tmp_path / "full"))
+        run_calibration(tmp_path / "c.yaml", CalibrateOptions(out=tmp_path / "full"))
     assert [path.name for path in (tmp_path / "full").iterdir()] == ["thesis.tex"]

@@ -72,7 +72,7 @@ def test_other_rows_of_the_experiment_have_their_kind(found):
     (trial / "manifest.json").write_text(json.dumps({"version": "9.9", "status": "completed"}))
     assert run(["report", str(FOLDER)]) == 0
     page = page_of()
-    rows = page.tables(page.section("targets"))["Other rows of the experiment that these tests gave there"][1:]
+    rows = page.tables(page.section("targets"))["Other rows of the experiment that these tests have"][1:]
     assert rows == [["B by Eq. 2, per width [N mm] test bend", "5.30", "5.00 ± 0.60", "+0.50 sd", "predicted"]]
     assert [a.get("href") for a in page.section("points").iter("a")] == [f"trials/{trial.name}/"]
     assert ["knittest", "9.9"] in page.tables(page.section("repeat"))["Provenance of 1 run folders"]
@@ -85,7 +85,7 @@ def test_one_that_did_not_converge_says_so_with_the_reason_of_every_point(tmp_pa
     page, data = page_of(), outcome(tmp_path)
     assert f"Not converged: {data['reason']}" in page.text(page.section("summary"))
     ((_, points),) = page.tables(page.section("points")).items()
-    assert points[1][1] == "no number bend failed: failed on purpose"
+    assert points[1][1] == "no result bend failed: failed on purpose"
     assert "fabric.yaml" not in page.text(page.section("repeat"))
 
 

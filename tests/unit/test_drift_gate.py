@@ -87,8 +87,8 @@ def test_a_run_without_any_number_fails(tmp_path):
     [
         (ALONG[:35], np.minimum(ALONG, 34.0)[:35] / 2.0, f"curve, end in {X}: 40 stored, 34 now"),
         (ALONG[5:], ALONG[5:] / 2.0, f"curve, end in {X}: 0 stored, 5 now"),
-        (ALONG, np.where(ALONG == 21.0, nan, ALONG / 2.0), "no numbers"),
-        (np.where(ALONG == 21.0, nan, ALONG), ALONG / 2.0, "no numbers"),
+        (ALONG, np.where(ALONG == 21.0, nan, ALONG / 2.0), "not finite"),
+        (np.where(ALONG == 21.0, nan, ALONG), ALONG / 2.0, "not finite"),
         (ALONG[:1], ALONG[:1] + 1.0, "no length"),
         (ALONG, 0.0 * ALONG, "no height"),
     ],
@@ -134,7 +134,7 @@ def test_an_entry_of_another_size_fails(tmp_path):
         (("curve", "x"), [0.0, 2.0, 1.0], "curve: x: expected values that grow"),
         (("results",), {}, "results: Dictionary should have at least 1 item"),
         (("results", NAME), nan, f"results.{NAME}: Input should be a finite number"),
-        (("ranges", COUNT), [3, 4], f"ranges.{COUNT}: 3 to 4 does not hold the mean 2.5"),
+        (("ranges", COUNT), [3, 4], f"ranges.{COUNT}: 3 to 4 does not contain the mean 2.5"),
     ],
 )
 def test_a_baseline_with_a_wrong_field_is_refused_by_file_run_and_field(tmp_path, path, value, said):

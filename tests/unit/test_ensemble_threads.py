@@ -12,7 +12,7 @@ from knittest.runs.execute import naming
 from knittest.studies.trials import beside
 from knittest.studies.trials.beside import rounds
 from knittest.studies.trials.trial import Record
-from knittest.studies.trials.work import _Heard
+from knittest.studies.trials.work import _StandardError
 
 YARNS = {"test": "tensile", "variant": "2", "direction": "warp", "preset": "quick"}
 
@@ -125,7 +125,7 @@ def test_logs_and_words_of_the_processes_are_those_of_the_run_by_specimen(asked,
 
 def test_a_process_passes_on_the_lines_of_its_standard_error():
     told, stream = [], io.StringIO()
-    heard = _Heard(stream, lambda what, value: told.append((what, value)))
+    heard = _StandardError(stream, lambda what, value: told.append((what, value)))
     for text in ("knittest: a ", "frame\n\nsecond\nthi", "rd"):
         print(text, end="", file=heard, flush=True)
     assert told == [("log", ("said", {"text": "knittest: a frame"})), ("log", ("said", {"text": "second"}))]

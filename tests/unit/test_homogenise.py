@@ -49,10 +49,10 @@ def test_every_number_says_where_it_comes_from(tmp_path, monkeypatch):
     macro = fabric.macro
     told = [macro.fracture_strain.warp, macro.bending_stiffness.weft, macro.shear]
     assert all(one.source == "derived" and "pham2019-v2, calibrated, preset quick, seed 1" in one.ref for one in told)
-    assert macro.bending_stiffness.weft.ref.split("trials/")[1][16:].startswith(": cantilever weft of yarns")
+    assert macro.bending_stiffness.weft.ref.split("trials/")[1][16:].startswith(": cantilever weft, meso")
     assert macro.shear.ref.split("trials/")[1][:16] in keys
     text = (moved / "data/tension-weft.csv").read_text()
-    assert "# kind: simulated" in text and "tensile weft of yarns" in text
+    assert "# kind: simulated" in text and "tensile weft, meso" in text
     assert fabric.name == "pham2019-v2-homogenised" and fabric.reinforcing is not None
 
 
@@ -89,8 +89,8 @@ def test_a_lost_test_leaves_no_card_and_says_why(tmp_path, monkeypatch, status, 
         return status if (run.model.scale, run.rig.kind, run.direction) == lost else "completed"
 
     assert homogenise(tmp_path, monkeypatch, Formulas(ends), request) == 3
-    found, scales = outcome(tmp_path), {"meso": "yarns", "macro": "shells"}
-    assert found["reason"] == f"{scales[scale]}: cantilever weft {status}: {status} on purpose"
+    found = outcome(tmp_path)
+    assert found["reason"] == f"{scale}: cantilever weft {status}: {status} on purpose"
     assert found["card"] is None and found["numbers"] == {} and not (tmp_path / OUT / "fabric.yaml").exists()
     assert [one["status"] for one in found["runs"] if one["status"] != "completed"] == [status]
 
@@ -104,11 +104,11 @@ def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
                 yield record
 
     first, second, third = Stopping(), Formulas(), Formulas()
-    with pytest.raises(Interrupted, match="go on with the same command"):
+    with pytest.raises(Interrupted, match="run the same command again to resume"):
         homogenise(tmp_path, monkeypatch, first)
     assert homogenise(tmp_path, monkeypatch, second) == 0
-    assert first.asked == ["tensile warp of yarns", "tensile weft of yarns", "picture-frame of yarns"]
-    assert second.asked[:3] == ["picture-frame of yarns", "cantilever warp of yarns", "cantilever weft of yarns"]
+    assert first.asked == ["tensile warp, meso", "tensile weft, meso", "picture-frame, meso"]
+    assert second.asked[:3] == ["picture-frame, meso", "cantilever warp, meso", "cantilever weft, meso"]
     assert len(second.asked) == 8
     before = outcome(tmp_path)["check"]
     assert homogenise(tmp_path, monkeypatch, third) == 0
@@ -131,10 +131,10 @@ def test_shells_that_deviate_are_told(tmp_path, monkeypatch):
 
 def test_no_room_ends_it_and_keeps_what_is_finished(tmp_path, monkeypatch):
     full = Formulas(lambda trial: "blocked" if trial.run.rig.kind == "picture-frame" else "completed")
-    with pytest.raises(ResourceError, match="what is finished is kept"):
+    with pytest.raises(ResourceError, match="finished runs are kept"):
         homogenise(tmp_path, monkeypatch, full)
     pool = Formulas()
-    assert homogenise(tmp_path, monkeypatch, pool) == 0 and pool.asked[0] == "picture-frame of yarns"
+    assert homogenise(tmp_path, monkeypatch, pool) == 0 and pool.asked[0] == "picture-frame, meso"
 
 
 def test_settings_go_to_the_tests_they_name():

@@ -12,7 +12,7 @@ from knittest.experiment import tables
 from knittest.experiment.tables import speed_rows
 from knittest.laboratory.halving import change, halving
 from knittest.studies import speed_study
-from knittest.studies.speed_study import CSV, MARKDOWN, StudyOptions, csv_text, markdown, rows_of, study_command
+from knittest.studies.speed_study import CSV, MARKDOWN, SpeedOptions, csv_text, markdown, rows_of, study_command
 from knittest.studies.trials.trial import Record
 
 RESULTS = {"pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "wrinkle_onset_deg": math.nan, "residual": 1e-5}
@@ -79,13 +79,13 @@ def test_the_command_writes_both_tables(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(speed_study, "run_all", records("completed"))
-    assert study_command(StudyOptions(tmp_path, variant="1", tests=("friction",))) == 0
+    assert study_command(SpeedOptions(out=tmp_path, variant="1", tests=("friction",))) == 0
     assert (tmp_path / CSV).read_text().count("pull_force_kinetic_n") == 2
     assert (tmp_path / MARKDOWN).read_text().count("**-3.0 %**") == 2
-    assert "2 results, 2 of them move by 2 % or more" in capsys.readouterr().out
+    assert "2 results, 2 of them change by 2 % or more" in capsys.readouterr().out
 
 
 def test_no_table_without_all_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(speed_study, "run_all", records("failed"))
     with pytest.raises(NumericalError, match="friction macro: failed: why"):
-        study_command(StudyOptions(tmp_path, variant="1", tests=("friction",), scales=("macro",)))
+        study_command(SpeedOptions(out=tmp_path, variant="1", tests=("friction",), scales=("macro",)))

@@ -13,7 +13,7 @@ from knittest.base.figure import new_figure
 from knittest.cli.main import run
 from knittest.report_page.pictures import light
 from knittest.studies.batch import command
-from knittest.studies.batch.command import BatchOptions, batch_command
+from knittest.studies.batch.command import BatchOptions, run_batch
 from knittest.studies.batch.picture import _experiment, _Group, _scale, shown_results
 from knittest.studies.batch.plan import Swept
 from knittest.studies.trials.trial import Record
@@ -57,7 +57,7 @@ def batch(tmp_path, monkeypatch) -> Path:
     monkeypatch.setattr(command, "_pool", lambda _: Pretending())
     Path("s.yaml").write_text(SWEEP)
     with pytest.raises(ResourceError, match="the disk is full"):
-        batch_command(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False)
+        run_batch(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False)
     return Path("runs/batch-s")
 
 
@@ -69,10 +69,10 @@ def page_of(path: Path) -> HtmlPage:
 
 def test_a_sweep_has_its_runs_with_states_reasons_and_links(batch):
     page = page_of(batch / "report.html")
-    states = page.tables(page.section("summary"))["How the runs ended"]
+    states = page.tables(page.section("summary"))["Runs by state"]
     assert {row[0]: row[1] for row in states[1:]} == {"completed": "1", "refused": "1", "crashed": "1", "open": "1"}
     text = page.text(page.section("summary"))
-    assert "Not finished; runs left: 1." in text and "Without a result that counts: 2 of 4 runs" in text
+    assert "Not finished: 1 runs left." in text and "2 of 4 runs have no valid result" in text
     ((_, reasons),) = page.tables(page.section("reasons")).items()
     assert reasons[1:] == [["2", "refused", REFUSED], ["3", "crashed", "its process died: <b>signal 9</b>"]]
     ((_, runs),) = page.tables(page.section("runs")).items()
@@ -150,7 +150,7 @@ def test_a_page_that_cannot_be_written_costs_nothing_else(tmp_path, monkeypatch,
     Path("s.yaml").write_text(SWEEP.replace("[20, 30, 40, 50]", "[20]"))
     Path("runs/batch-s/report.html").mkdir(parents=True)
     Path("runs/batch-s/sweep.yaml").write_text("")
-    assert batch_command(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False) == 0
+    assert run_batch(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False).exit_code == 0
     assert "complete, but report.html could not be written" in capsys.readouterr().err
     assert Path("runs/batch-s/results.csv").exists()
 
@@ -162,7 +162,7 @@ def test_what_is_not_given_stands_as_null_in_table_page_and_picture(tmp_path, mo
     Path("s.yaml").write_text(
         f"base: {{variant: 1, scale: meso, direction: warp, set: {{rig.width: 25}}}}\ngrid: {{{DRAW_IN}: {listed}}}"
     )
-    assert batch_command(Path("s.yaml"), BatchOptions(quiet=True, parquet=True), lambda _: False) == 0
+    assert run_batch(Path("s.yaml"), BatchOptions(quiet=True, parquet=True), lambda _: False).exit_code == 0
     folder = Path("runs/batch-s")
     said = listed.strip("[]").split(", ")
     assert list(pd.read_csv(folder / "results.csv", dtype=str, keep_default_na=False)[DRAW_IN]) == said

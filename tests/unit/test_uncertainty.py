@@ -126,7 +126,7 @@ def test_bands_indices_and_shares_are_those_of_the_formula(ran):
     assert first[FRICTION] == pytest.approx(1.0, abs=0.05) and first[DEGREE] == 0.0
     assert max(ratio["indices"], key=lambda one: one["first"])["parameter"] == DEGREE
     onset = variable(ran, "V2 onset")
-    assert onset["indices"] == [] and onset["no_indices"] == "it does not change over the prior"
+    assert onset["indices"] == [] and onset["no_indices"] == "the quantity does not change over the prior"
     (stated,) = outcome(ran)["statements"]
     drawn = [float(row[DEGREE]) for row in rows(ran) if row["part"] in "AB"]
     least = np.mean(np.array(drawn) < 0.85)  # 2 (1 - degree) above 0.3
@@ -181,9 +181,9 @@ def test_runs_without_a_result_are_recorded_with_their_parameters_and_cost_the_i
     assert v1["indices"] and v1["count"] == 32
     for one in (v2, ratio):
         assert one["indices"] == [] and one["count"] < 32 and one["band"]
-        assert one["no_indices"].startswith(f"{len(gone)} of 64 points of the design have no number")
-    assert any("have no result that counts" in text for text in found["warnings"])
-    assert any("bands of force, onset are not of the same points for all fabrics" in text for text in found["warnings"])
+        assert one["no_indices"].startswith(f"{len(gone)} of 64 points of the design have no result")
+    assert any("have no valid result" in text for text in found["warnings"])
+    assert any("bands of force, onset have different points for each fabric" in text for text in found["warnings"])
     (stated,) = found["statements"]
     assert stated["count"] == v2["count"] and stated["possible"][0] < stated["share"] < stated["possible"][1]
 
@@ -197,7 +197,7 @@ def test_a_number_that_a_run_does_not_have_is_a_lost_one(tmp_path, monkeypatch):
 
     assert study(STUDY, tmp_path, monkeypatch, Pretending(short)) == 3
     lost = outcome(tmp_path)["lost"]
-    assert lost and {one["reason"] for one in lost} == {"no number of shear_force_n_at_deg.20"}
+    assert lost and {one["reason"] for one in lost} == {"no result shear_force_n_at_deg.20"}
     assert variable(tmp_path, "V1 force, 10")["indices"] and not variable(tmp_path, "V1 force, 20")["indices"]
 
 
@@ -221,15 +221,15 @@ def test_a_parameter_that_no_result_hangs_on_is_named(tmp_path, monkeypatch, ran
         return {**shearing(trial), **{f"shear_force_n_at_deg.{a}": values(trial)[0] for a in (10, 20)}}
 
     assert study(STUDY.replace("samples: 16", "samples: 4"), tmp_path, monkeypatch, Pretending(unread)) == 0
-    said = f"no result changes at all with {DEGREE}: does this test read it?"
+    said = f"no result changes with {DEGREE}: check that this test uses it"
     assert said in outcome(tmp_path)["warnings"] and said not in outcome(ran)["warnings"]
 
 
 def test_few_samples_give_what_they_can(tmp_path, monkeypatch):
     assert study(STUDY.replace("samples: 16", "samples: 4"), tmp_path, monkeypatch) == 0
     found = variable(tmp_path, "V1 force, 10")
-    assert found["band"] == [] and found["no_indices"] == "samples = 4: indices take 16 at least"
-    assert any("no band" in text for text in outcome(tmp_path)["warnings"])
+    assert found["band"] == [] and found["no_indices"] == "samples = 4: indices need at least 16"
+    assert any("for a band" in text for text in outcome(tmp_path)["warnings"])
 
 
 def test_the_same_file_goes_on_and_more_samples_keep_what_ran(copied, monkeypatch):
@@ -254,7 +254,7 @@ CHANGES = [
 def test_a_changed_file_is_refused_in_the_same_folder(copied, monkeypatch):
     before = outcome(copied)
     for old, new, field in CHANGES:
-        with pytest.raises(InputError, match=f"u.yaml: {field} is not what .*uncertainty.yaml has.*--out"):
+        with pytest.raises(InputError, match=f"u.yaml: {field} differs from .*uncertainty.yaml: .*--out"):
             study(STUDY.replace(old, new), copied, monkeypatch)
     assert outcome(copied) == before
 

@@ -88,9 +88,9 @@ def test_one_parameter_is_a_sweep():
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("wrinkle_onset_deg", "wrinkle_onset", 'no run has it: unknown result (did you mean "wrinkle_onset_deg"?)'),
+        ("wrinkle_onset_deg", "wrinkle_onset", 'no run has this result: unknown result (did you mean "wrinkle_onset_deg"?)'),
         ("shear_force_n_at_deg", "shear_force", 'at 10, 20: unknown result (did you mean "shear_force_n_at_deg"?)'),
-        ("at: [10, 20]", "at: [15, 25]", "no run has it at 15, 25"),
+        ("at: [10, 20]", "at: [15, 25]", "no run has this result at 15, 25"),
     ],
 )
 def test_a_result_that_no_run_has_ends_the_study_with_the_first_run(tmp_path, monkeypatch, old, new, said):
@@ -154,7 +154,7 @@ def test_the_page_has_bands_shares_indices_priors_differences_and_what_was_lost(
     assert [row[0] for row in bands[1:]] == [one["name"] for one in lost["variables"]]
     assert bands[3][4].endswith(" of 32") and bands[3][4] != bands[1][4] == "32 of 32"
     ((_, shares),) = page.tables(page.section("statements")).items()
-    assert shares[1][1] == "force of V2 below V1 at 10, 20" and "whatever the other" in shares[1][2]
+    assert shares[1][1] == "force of V2 below V1 at 10, 20" and "for any result of the other" in shares[1][2]
     said = page.text(page.section("indices"))
     assert "No indices of V2/V1 force, 20:" in said and "First-order indices" in said
     priors = page.text(page.section("parameters"))
@@ -162,8 +162,8 @@ def test_the_page_has_bands_shares_indices_priors_differences_and_what_was_lost(
     differing = page.tables(page.section("fabrics"))["Fields in which they differ; all others are equal"]
     assert ["fabric.loop_length", "14.4", "13.4"] in differing
     gone = page.text(page.section("lost"))
-    assert "refused on purpose" in gone and f"Runs that did not give every number: {len(lost['lost'])}" in gone
-    assert "have no result that counts" in page.text(page.section("summary"))
+    assert "refused on purpose" in gone and f"Runs that lack a result: {len(lost['lost'])}" in gone
+    assert "have no valid result" in page.text(page.section("summary"))
     pictures = [light((FOLDER / name).read_bytes()) for name in ("bands.png", "indices.png")]
     assert [e.get("src") for e in page.all("img")] == pictures
     before = (FOLDER / "report.html").read_bytes()

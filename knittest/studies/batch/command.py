@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
 from knittest.base.errors import InputError, NumericalError
@@ -17,7 +18,7 @@ from knittest.config.yaml_loader import load_yaml
 from knittest.export.lock import slug
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.runs.options import RunOptions
-from knittest.studies.batch.page import PAGE, SWEEP, check_parquet, results_table, write_table
+from knittest.studies.batch.page import PAGE, SWEEP, results_table, write_table
 from knittest.studies.batch.picture import CHOICES, overview_picture
 from knittest.studies.batch.plan import Plan, Row, plan_of
 from knittest.studies.trials.page import TABLE
@@ -85,12 +86,9 @@ class BatchOptions(StudyOptions):
 
 
 def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -> Studied:
-    """Run the sweep in the file ``path``, without the runs that are finished already.
-
-    ``agree`` is asked before more than :data:`MANY` runs. Raises :class:`InputError` before anything runs.
-    """
-    if options.parquet:
-        check_parquet()
+    """Run or resume the sweep in ``path``, a large one if ``agree`` confirms; raises :class:`InputError` first."""
+    if options.parquet and find_spec("pyarrow") is None:
+        raise InputError("--parquet: pyarrow is not installed: pip install 'knittest[parquet]'")
     plan = plan_of(load_yaml(path), options.accept_limits)
     if plan.count > MANY and not agree(f"{path}: {plan.count:,} runs, more than {MANY:,}"):
         raise InputError(

@@ -15,6 +15,7 @@ from knittest.report_page.blocks import Block, Cell, Table, Text, Tone
 from knittest.report_page.files import Reader
 from knittest.report_page.pictures import picture
 from knittest.report_page.studies import Column, link, provenance, wide
+from knittest.studies.batch.picture import CHOICES as PICTURED
 from knittest.studies.batch.plan import Plan, Row, Swept, axes_of
 from knittest.studies.trials.page import NOT_FINISHED, TABLE, Contents, StudyPage, facts_table, repeat_blocks, write_csv
 from knittest.studies.trials.runner import TRIALS
@@ -45,19 +46,17 @@ def results_table(plan: Plan, rows: Sequence[Row], records: Mapping[str, Record]
 
 
 def write_table(table: "DataFrame", folder: Path, parquet: bool) -> None:
-    """Write results.csv and, where asked for, results.parquet; raises :class:`ResourceError`."""
+    """Write results.csv and, where asked for, results.parquet; raises :class:`ResourceError`.
+
+    Parquet has one type a column: mixed columns become text, and values that are not given are missing.
+    """
     write_csv(table, folder)
     if parquet:
+        table = table.where(table != NULL).infer_objects()
+        kinds = {name: table[name].dropna().map(type).nunique() for name in table.columns}
+        mixed = [name for name, count in kinds.items() if count > 1 and table[name].dtype == object]
         with replacing(folder / "results.parquet") as temporary:
-            _uniform(table).to_parquet(temporary, index=False)
-
-
-def check_parquet() -> None:
-    """Raise :class:`InputError` if pyarrow is not installed."""
-    try:
-        import pyarrow  # noqa: F401
-    except ImportError:
-        raise InputError("--parquet: pyarrow is not installed: pip install 'knittest[parquet]'") from None
+            table.astype(dict.fromkeys(mixed, "string")).to_parquet(temporary, index=False)
 
 
 def _line(row: Row, record: Record | None, swept: Sequence[str]) -> tuple[dict[str, object], ...]:
@@ -74,6 +73,8 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> tuple[dict[s
         "preset": run.model.preset if run else "",
         "parameters": run.parameters if run else "",
     }
+    chosen = {name: json.dumps(v) if isinstance(v := row.values.get(name), dict | list) else v for name in swept}
+    chosen = {name: NULL if value is None else value for name, value in chosen.items()}
     results: dict[str, object] = {}  # mean and sd of an ensemble
     for name, value in unfolded(summary.get("results", {})).items() if summary else ():
         found = {name: value["mean"], f"{name}_sd": value["sd"]} if isinstance(value, Mapping) else {name: value}
@@ -91,29 +92,16 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> tuple[dict[s
         "folder": f"{TRIALS}/{row.trial.key}" if row.trial else "",
     }
     return (
-        head, {name: _cell(row.values.get(name)) for name in swept}, results, comparison,
+        head, chosen, results, comparison,
         {**(summary.get("quality", {}) if summary else {}), **({"looser_limits": "; ".join(limits)} if limits else {})},
         {**(record.cost if record and record.cost else {})}, tail,
     )  # fmt: skip
 
 
-def _cell(value: object) -> object:
-    if value is None:
-        return NULL
-    return json.dumps(value) if isinstance(value, dict | list) else value
-
-
-def _uniform(table: "DataFrame") -> "DataFrame":
-    """``table`` for a format with one type a column: mixed columns as text, missing values as missing."""
-    table = table.where(table != NULL).infer_objects()
-    kinds = {name: table[name].dropna().map(type).nunique() for name in table.columns}
-    return table.astype({name: "string" for name, count in kinds.items() if count > 1 and table[name].dtype == object})
-
-
 SWEEP = "sweep.yaml"
 #: most rows of the table, and most reasons, on the page
 MOST_ROWS, MOST_REASONS = 300, 100
-CHOICES = ("test", "fabric", "scale", "direction", "preset", "parameters")
+CHOICES = ("test", *PICTURED)
 HEAD = ("run", "status", "reason", *CHOICES, "folder")
 _MEANING: dict[object, str] = {**dict(MEANING.items()), OPEN: "not run yet"}
 _TONES: dict[object, Tone] = {"completed": "good", OPEN: "warn"}

@@ -150,10 +150,7 @@ class Plan:
         return [Swept(name, name in log, drawn) for name, drawn in shown]
 
     def rows(self) -> list[Row]:
-        """All runs. A drawn value that the schema rejects makes a row with a problem.
-
-        Raises :class:`InputError` for a listed value that is rejected with every draw.
-        """
+        """All runs; an invalid draw makes a row with a problem, an invalid listed value raises :class:`InputError`."""
         names = {field.name for field in self.swept}
         draws = math.prod(axis.count for axis in self.axes if axis.chance)  # the last axis: their rows are neighbours
         made = [axis.make() for axis in self.axes]  # once: every case has the same draws
@@ -177,10 +174,7 @@ def _row(number: int, case: Case, settings: list[Setting], names: set[str]) -> R
 
 
 def plan_of(document: Document, accept_limits: bool = False) -> Plan:
-    """Read the plan of the sweep in ``document``; raises :class:`InputError` with file and line.
-
-    With ``accept_limits`` runs may have looser limits than their preset.
-    """
+    """Read the plan of the sweep in ``document``; raises :class:`InputError` with file and line."""
     sweep = parse_sweep(document)
     base, where = sweep.base, {name: document.where(("base", name)) for name in type(sweep.base).model_fields}
     axes = axes_of(sweep, document)

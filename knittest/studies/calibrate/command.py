@@ -5,6 +5,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,28 +16,12 @@ from knittest.config.yaml_loader import load_yaml
 from knittest.export.files import json_text
 from knittest.export.lock import slug
 from knittest.report_page.page import FILE, write_if_possible
+from knittest.studies.calibrate import optuna_search as database
 from knittest.studies.calibrate.fit import best_of, find_root, fit, search_and_fit
-from knittest.studies.calibrate.optuna_search import (
-    DATABASE,
-    check_installed,
-    open_storage,
-    open_study,
-    search_with_optuna,
-    shown_url,
-    without_password_of_storage,
-)  # fmt: skip
 from knittest.studies.calibrate.outcome import Calibration, Outcome, calibration_of, judge, report_lines
 from knittest.studies.calibrate.page import CALIBRATION, COPY, FABRIC, PAGE, PICTURE, rig_file, write_configs
 from knittest.studies.calibrate.picture import convergence_picture
-from knittest.studies.calibrate.problem import (
-    Evaluation,
-    Evaluator,
-    Exhausted,
-    Problem,
-    TrialEvaluator,
-    described,
-    problem_of,
-)  # fmt: skip
+from knittest.studies.calibrate.problem import Evaluation, Evaluator, Exhausted, Problem, described, problem_of
 from knittest.studies.calibrate.targets import Number
 from knittest.studies.trials.live import Overview
 from knittest.studies.trials.pool import LocalPool, Pool
@@ -58,14 +43,11 @@ class CalibrateOptions(StudyOptions):
 
 
 def run_calibration(path: Path, options: CalibrateOptions) -> Studied:
-    """Run or resume the calibration in the file ``path``; the exit code is 3 if it did not converge.
-
-    Raises :class:`InputError` before anything runs.
-    """
+    """Run or resume the calibration in ``path``; exit code 3 without convergence. Raises :class:`InputError` first."""
     problem = problem_of(load_yaml(path), options.accept_limits)
     storage = _storage(problem, options)
     pool = LocalPool(options.workers, options.threads)
-    copy = without_password_of_storage(path.read_bytes().decode(), problem.calibration.storage)
+    copy = database.without_password_of_storage(path.read_bytes().decode(), problem.calibration.storage)
     out = options.out or Path("runs") / f"calibrate-{slug(path.stem)}"
     folder = study_folder(out, COPY, copy, "calibration")
     search = _search_of(problem, storage, folder)
@@ -86,16 +68,19 @@ def _storage(problem: Problem, options: CalibrateOptions) -> "RDBStorage | None"
         if options.storage:
             raise InputError(f"--storage: only method = optuna uses a database, not {problem.method}")
         return None
-    check_installed()
-    return open_storage(url, "--storage" if options.storage else f"{problem.name}.yaml: storage") if url else None
+    if find_spec("optuna") is None:
+        raise InputError("method = optuna: Optuna is not installed: pip install 'knittest[calibrate]'")
+    where = "--storage" if options.storage else f"{problem.name}.yaml: storage"
+    return database.open_storage(url, where) if url else None
 
 
 def _search_of(problem: Problem, storage: "RDBStorage | None", folder: Path) -> Search:
     if problem.method != "optuna":
         return SEARCHES[problem.method]
-    own = folder / DATABASE
-    storage = storage or open_storage(f"sqlite:///{own}", str(own))
-    return partial(search_with_optuna, study=open_study(problem, storage, folder), database=shown_url(storage))
+    own = folder / database.DATABASE
+    storage = storage or database.open_storage(f"sqlite:///{own}", str(own))
+    study = database.open_study(problem, storage, folder)
+    return partial(database.search_with_optuna, study=study, database=database.shown_url(storage))
 
 
 def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:
@@ -111,7 +96,7 @@ def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options:
         Overview(most, at_most=True, quiet=options.quiet or not sys.stderr.isatty()) as view,
         TrialRunner(folder, pool, limit=limit, watch=view.watch) as runner,
     ):
-        evaluator = TrialEvaluator(problem, runner, tell, view.ended)
+        evaluator = Evaluator(problem, runner, tell, view.ended)
         failure, judgement = "", None
         try:
             search(evaluator)

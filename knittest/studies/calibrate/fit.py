@@ -74,10 +74,7 @@ def jacobian(evaluator: Evaluator, values: Point) -> Array:
 
 
 def fit(evaluator: Evaluator) -> None:
-    """Least squares from the start; the points are in the history of ``evaluator``.
-
-    Raises :class:`NumericalError` if the start has no result, or steps shrink to nothing.
-    """
+    """Least squares from the start; raises :class:`NumericalError` if it has no result, or steps shrink to nothing."""
     least_squares_from(evaluator, tuple(p.start for p in evaluator.problem.parameters))
 
 

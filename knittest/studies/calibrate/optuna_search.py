@@ -9,7 +9,6 @@ import socket
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,12 +38,6 @@ PORTS = {"postgresql": 5432, "mysql": 3306, "mariadb": 3306, "mssql": 1433, "ora
 DIGITS = 12
 #: fields that may change when a study is resumed
 FREE = {"max_runs", "time_limit", "tolerance", "noise", "step", "storage"}
-
-
-def check_installed() -> None:
-    """Raise :class:`InputError` if Optuna is not installed."""
-    if find_spec("optuna") is None:
-        raise InputError("method = optuna: Optuna is not installed: pip install 'knittest[calibrate]'")
 
 
 def open_storage(url: str, where: str) -> "RDBStorage":
@@ -91,10 +84,7 @@ def readable(shown: str) -> Iterator[None]:
 
 
 def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study":
-    """Open the study of ``problem`` in ``folder``; another problem, code or folder has another one.
-
-    Raises :class:`ResourceError`.
-    """
+    """Open the study of ``problem`` in ``folder``, a new one for other code; raises :class:`ResourceError`."""
     import optuna
 
     with readable(shown_url(storage)):

@@ -303,9 +303,3 @@ def report_lines(found: Calibration) -> list[str]:
             lines.append(f"  {one.target}: {values}{one.deviation_sd:+.3f} sd ({one.source})")
     lines += [f"  warning: {text}" for text in found.warnings]
     return lines + [f"  point {one.number} has no result: {one.reason}" for one in found.evaluations if one.reason]
-
-
-def largest_deviations(outcome: Outcome) -> np.ndarray:
-    """Largest deviation [sd] among the targets at each point (n,), nan for a point without a result."""
-    found = [np.abs(one.deviations).max() if one.deviations is not None else math.nan for one in outcome.history]
-    return np.array(found)

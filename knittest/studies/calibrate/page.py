@@ -19,15 +19,7 @@ from knittest.report_page.files import Number, Reader, Summary
 from knittest.report_page.pictures import picture
 from knittest.report_page.studies import Column, file_to_save, link, provenance, wide
 from knittest.studies.calibrate.outcome import Calibration, Outcome, TargetRow
-from knittest.studies.trials.page import (
-    Contents,
-    StudyPage,
-    facts_table,
-    number_cell,
-    repeat_blocks,
-    runs_text,
-    warning_texts,
-)  # fmt: skip
+from knittest.studies.trials import page as parts
 from knittest.studies.trials.runner import TRIALS
 
 FABRIC, EXPERIMENT = "fabric.yaml", "experiment"
@@ -39,10 +31,7 @@ def rig_file(kind: str) -> str:
 
 
 def write_configs(outcome: Outcome, folder: Path) -> list[Path]:
-    """Write the calibrated fabric, and a rig file for each kind of test that has a calibrated field, to ``folder``.
-
-    Raises :class:`ResourceError`.
-    """
+    """Write the calibrated fabric and the rig file of each calibrated kind of test; raises :class:`ResourceError`."""
     if outcome.best is None:
         raise ValueError("no point has a result")
     problem, values = outcome.problem, outcome.best.values
@@ -124,9 +113,9 @@ INTERVAL_NOTE = (
 KIND_NOTE = "Kinds are those of the fabric before: a row that follows from a target is no prediction either."
 
 
-def _contents(reader: Reader, at: Path) -> Contents:
+def _contents(reader: Reader, at: Path) -> parts.Contents:
     found = reader.model(CALIBRATION, Calibration)
-    notes = warning_texts(found.warnings)
+    notes = parts.warning_texts(found.warnings)
     if found.status != "converged":
         reason = found.reason or "no reason is recorded"
         notes.insert(0, Text(f"Not converged: {reason}. This page shows no calibrated fabric.", "bad"))
@@ -134,14 +123,14 @@ def _contents(reader: Reader, at: Path) -> Contents:
     facts = {
         "state": found.status,
         "method": found.method,
-        "runs": runs_text(found.runs, found.runs_by_status),
+        "runs": parts.runs_text(found.runs, found.runs_by_status),
         "residual, root mean square": "" if rms is None else f"{rms:.3g} sd",
         "knittest": found.version,
         "digest of the code": found.code,
         "written": found.written,
     }
-    return Contents(
-        found.calibration, found.status, notes, [facts_table("The calibration", facts)],
+    return parts.Contents(
+        found.calibration, found.status, notes, [parts.facts_table("The calibration", facts)],
         [
             ("parameters", "Parameters", _parameters(found)),
             ("targets", "Targets", [*_targets(found), *_others(reader, found)]),
@@ -152,7 +141,7 @@ def _contents(reader: Reader, at: Path) -> Contents:
     )  # fmt: skip
 
 
-PAGE = StudyPage("Calibration", (CALIBRATION,), _contents)
+PAGE = parts.StudyPage("Calibration", (CALIBRATION,), _contents)
 
 
 def _parameters(found: Calibration) -> list[Block]:
@@ -160,12 +149,12 @@ def _parameters(found: Calibration) -> list[Block]:
     also = [f"and {', '.join(row.fields[1:])}" if len(row.fields) > 1 else "" for row in rows]
     named = [Cell(row.fields[0] if row.fields else "-", note=note) for row, note in zip(rows, also, strict=True)]
     columns = {
-        "found (tuned)": [number_cell(row.value, row.unit) for row in rows],
+        "found (tuned)": [parts.number_cell(row.value, row.unit) for row in rows],
         "95 % interval": [Cell(_between(row.interval_95)) for row in rows],
-        "before": [number_cell(row.before, note=row.before_source) for row in rows],
+        "before": [parts.number_cell(row.before, note=row.before_source) for row in rows],
         "bounds": [Cell(_between((row.low, row.high))) for row in rows],
         "prior": [Cell(_spread(row.prior_mean, row.prior_sd)) for row in rows],
-        "sensitivity [sd]": [number_cell(row.sensitivity_sd, form="{:.3g}") for row in rows],
+        "sensitivity [sd]": [parts.number_cell(row.sensitivity_sd, form="{:.3g}") for row in rows],
     }
     if all(row.prior_mean is None for row in rows):
         del columns["prior"]
@@ -177,7 +166,7 @@ def _parameters(found: Calibration) -> list[Block]:
 def _targets(found: Calibration) -> list[Block]:
     rows = []
     for row in found.targets:
-        simulated = Cell("curve") if row.mean is None else number_cell(row.simulated, form=_form(row))
+        simulated = Cell("curve") if row.mean is None else parts.number_cell(row.simulated, form=_form(row))
         off, weight = row.deviation_sd, "" if row.weight == 1.0 else f", weight {row.weight:g}"
         tone: Tone = "" if off is None else "good" if abs(off) <= 1.0 else "bad"
         rows.append(
@@ -222,7 +211,7 @@ def _points(folder: Path, at: Path, found: Calibration) -> list[Block]:
     ]  # fmt: skip
     naming = [Column("point", [Cell(str(one.number)) for one in points]), Column("state", states)]
     columns = [
-        Column(row.fields[0].split(".", 1)[-1], [number_cell(_at(one.values, k)) for one in points], numeric=True)
+        Column(row.fields[0].split(".", 1)[-1], [parts.number_cell(_at(one.values, k)) for one in points], numeric=True)
         for k, row in enumerate(found.parameters)
     ]
     columns += [
@@ -250,7 +239,7 @@ def _simulated(value: Number, row: TargetRow) -> Cell:
 
 
 def _repeat(reader: Reader, found: Calibration) -> list[Block]:
-    blocks = repeat_blocks("calibrate", COPY, "The calibration; paths in it start at its own folder", reader)
+    blocks = parts.repeat_blocks("calibrate", COPY, "The calibration; paths in it start at its own folder", reader)
     if (reader.folder / FABRIC).exists():
         blocks.append(Code(f"knittest {DEFAULT} --fabric {FABRIC}", "A test with the calibrated fabric"))
         blocks += file_to_save(reader, FABRIC, "The calibrated fabric; your own files that it names are in its folder")

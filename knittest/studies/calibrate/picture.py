@@ -9,7 +9,7 @@ import numpy as np
 from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, Stamp, new_figure, save, stamped
 from knittest.base.result_rows import LABELS
 from knittest.laboratory.report_base import size_of
-from knittest.studies.calibrate.outcome import Outcome, largest_deviations
+from knittest.studies.calibrate.outcome import Outcome
 from knittest.studies.calibrate.targets import Number
 from knittest.studies.trials.figure import COLOURS, DASHED, log_scale, mark_lost, panel, unit_label
 
@@ -58,7 +58,8 @@ def _deviations(axes: "Axes", outcome: Outcome) -> None:
 
     numbers = np.arange(1, len(outcome.history) + 1)
     floor = 0.1 * outcome.problem.calibration.tolerance
-    found = np.maximum(largest_deviations(outcome), floor)
+    largest = [np.abs(one.deviations).max() if one.deviations is not None else np.nan for one in outcome.history]
+    found = np.maximum(largest, floor)
     good = np.isfinite(found)
     axes.plot(numbers[good], found[good], "o", color=BLUE, markersize=5, label="largest of the targets")
     if good.any():

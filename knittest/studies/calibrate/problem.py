@@ -3,7 +3,6 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -62,10 +61,7 @@ class Parameter:
 
 
 def parameters_of(calibration: file.Calibration, document: Document, runs: Sequence[Run]) -> list[Parameter]:
-    """All parameters, checked against the schema and against ``runs``, one a test with the fabric as it is.
-
-    Raises :class:`InputError` with file and line for a field that no run has, is no number, or is given twice.
-    """
+    """All parameters; raises :class:`InputError` for a field that no run has, is no number, or is given twice."""
     kinds = [run.rig.kind for run in runs]
     found, claimed = [], dict[KeyPath, str]()
     for name, one in calibration.parameters.items():
@@ -130,10 +126,7 @@ class Problem:
 
 
 def problem_of(document: Document, accept_limits: bool = False) -> Problem:
-    """Read the problem in ``document``; raises :class:`InputError` with file and line.
-
-    With ``accept_limits`` runs may have looser limits than their preset.
-    """
+    """Read the problem in ``document``; raises :class:`InputError` with file and line."""
     calibration = file.parse_calibration(document)
     base, fabric = (
         settings_of(calibration.base, document, ("base",)),
@@ -206,17 +199,7 @@ class Evaluation:
         return np.sqrt(self.weights) * self.deviations
 
 
-class Evaluator(Protocol):
-    """Interface of the searches to the runs."""
-
-    problem: Problem
-    history: list[Evaluation]
-
-    def many(self, points: Sequence[Point]) -> list[Evaluation]:
-        """Evaluate ``points`` in parallel; each point is evaluated once in a calibration."""
-
-
-class TrialEvaluator:
+class Evaluator:
     """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` gets every evaluation, ``ended`` every record.
 
     Raises :class:`Exhausted` before it exceeds the allowed number of runs, :class:`ResourceError` if the machine has no
@@ -234,7 +217,7 @@ class TrialEvaluator:
         self._records: dict[str, Record] = {}
 
     def many(self, points: Sequence[Point]) -> list[Evaluation]:
-        """See :meth:`Evaluator.many`."""
+        """Evaluate ``points`` in parallel; each point is evaluated once in a calibration."""
         new = [point for point in dict.fromkeys(points) if point not in self._known]
         trials = {point: self._trials(point) for point in new}
         self._run([t for found in trials.values() if isinstance(found, dict) for t in found.values()])

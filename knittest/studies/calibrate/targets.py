@@ -82,10 +82,7 @@ class Curve:
         return float(np.sqrt(np.sum(self.deviations(record, folder) ** 2)))
 
     def deviations(self, record: Record, folder: Path) -> Array:
-        """Deviations over sd (n,), each over sqrt(n): a curve has the weight of a number.
-
-        If the test ended before the reference, its last force counts.
-        """
+        """Deviations over sd and sqrt(n) (n,), as a curve weighs as a number; after its end the last force counts."""
         import pandas as pd
 
         table = pd.read_csv(folder / "curve.csv")

@@ -20,17 +20,8 @@ from knittest.export.lock import slug
 from knittest.export.summary import now
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.report_base import size_of
-from knittest.studies.homogenise.card import (
-    FABRIC,
-    Card,
-    Tested,
-    bending_stiffness,
-    card_numbers,
-    card_of,
-    normalised,
-    pulled,
-    write_card,
-)  # fmt: skip
+from knittest.studies.homogenise import card as cards
+from knittest.studies.homogenise.card import FABRIC, Card, Tested
 from knittest.studies.homogenise.check import ANGLES, TOLERANCE, Row, compared
 from knittest.studies.homogenise.plan import PIECES, Piece, Request, cell_run, cell_shell_run, shell_run, yarn_run
 from knittest.studies.trials.figure import panel
@@ -102,22 +93,19 @@ def as_data(outcome: Outcome) -> dict[str, object]:
         "seed": run.variability.seed,
         "status": outcome.status, "reason": outcome.failure,
         "card": FABRIC if not outcome.failure else None,
-        "numbers": card_numbers(outcome.card) if outcome.card else {},
+        "numbers": cards.card_numbers(outcome.card) if outcome.card else {},
         "tolerance_pct": TOLERANCE,
         "largest_deviation_pct": abs(outcome.worst.deviation) if outcome.worst else None,
         "check": [asdict(row) | {"within": row.within} for row in outcome.rows],
         "note": outcome.note,
         "looser_limits": looser_note(one.record for one in outcome.ended),
-        "runs": [_run(one) for one in outcome.ended],
+        "runs": [
+            {"scale": one.scale, "test": one.name, "trial": one.record.key, "status": one.record.status,
+             "reason": one.record.reason, "seconds": one.record.seconds,
+             "cpu_s": one.record.cost["cpu_s"] if one.record.cost else None, "results": one.record.results}
+            for one in outcome.ended
+        ],
         "version": knittest.__version__, "code": code_digest(), "written": now(),
-    }  # fmt: skip
-
-
-def _run(one: Ended) -> dict[str, object]:
-    record = one.record
-    return {
-        "scale": one.scale, "test": one.name, "trial": record.key, "status": record.status, "reason": record.reason,
-        "seconds": record.seconds, "cpu_s": record.cost["cpu_s"] if record.cost else None, "results": record.results,
     }  # fmt: skip
 
 
@@ -146,10 +134,7 @@ Pairs = dict[Piece, tuple[Tested, Tested]]
 
 
 def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
-    """Draw tension, shear and bending; ``pairs`` are the meso and the macro run of each test.
-
-    Raises :class:`ResourceError`.
-    """
+    """Draw tension, shear and bending of ``pairs``, meso and macro run of each test; raises :class:`ResourceError`."""
     figure = new_figure(11.0, 7.2)
     panels = figure.subplots(2, 2).ravel()
     figure.subplots_adjust(left=0.08, right=0.97, bottom=0.08, top=0.86, wspace=0.22, hspace=0.42)
@@ -174,7 +159,9 @@ def _curves(axes: "Axes", piece: Piece, yarns: Tested, shells: Tested) -> None:
     tensile = piece.kind == "tensile"
     styles = (("meso model", BLUE, "-", 2.4), ("macro model with the card", ORANGE, "--", 1.6))
     for test, (label, colour, dash, thick) in zip((yarns, shells), styles, strict=True):
-        axes.plot(*(pulled if tensile else normalised)(test), dash, color=colour, linewidth=thick, label=label)
+        axes.plot(
+            *(cards.pulled if tensile else cards.normalised)(test), dash, color=colour, linewidth=thick, label=label
+        )
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     if tensile:
@@ -191,7 +178,7 @@ def _bent(axes: "Axes", pairs: Pairs) -> None:
     axes.grid(False, axis="x")
     for k, (yarns, shells) in enumerate(pairs.values()):
         for test, shift, colour in ((yarns, -0.17, BLUE), (shells, 0.17, ORANGE)):
-            stiffness = bending_stiffness(test)
+            stiffness = cards.bending_stiffness(test)
             axes.bar(k + shift, stiffness, 0.3, color=colour)
             axes.annotate(f"{stiffness:.2f}", (k + shift, stiffness), (0, 3), textcoords="offset points", ha="center")
     axes.set_xticks(range(len(pairs)), [str(piece.direction) for piece in pairs])
@@ -248,8 +235,8 @@ def _work(runs: dict[Piece, Run], pool: Pool, folder: Path, options: HomogeniseO
     with TrialRunner(folder, pool, limit=options.time_limit) as runner:
         try:
             yarns = _tests(runs, runner, "cell" if cell else "yarns", options, outcome)
-            outcome.card = made = card_of(yarns)
-            card, last = write_card(made, folder, outcome.command), float(made.shear[0][-1])
+            outcome.card = made = cards.card_of(yarns)
+            card, last = cards.write_card(made, folder, outcome.command), float(made.shear[0][-1])
             macro = {
                 piece: cell_shell_run(piece, run, card, last, made.bending) if cell
                 else shell_run(piece, run, card, last)

@@ -88,9 +88,7 @@ def resolved(request: Request, test: str, direction: Direction | None, sets: Seq
 
 
 def hanging(stiffness: float, run: CantileverRun) -> float:
-    """Overhang [mm] of a chord of 41.5 deg for a bending ``stiffness`` B per width [N mm]: 2 (B / w)^(1/3), Eq. 2 of
-    Pham et al. (2019).
-    """
+    """Overhang [mm] of a chord of 41.5 deg for a ``stiffness`` B [N mm]: 2 (B / w)^(1/3), Eq. 2 of Pham et al."""
     weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
     return 2.0 * float((stiffness / weight) ** (1.0 / 3.0))
 
@@ -159,9 +157,7 @@ ANGLE = 42.5
 
 
 def cell_run(request: Request, piece: Piece) -> Run:
-    """Path of a cell in place of ``piece``; raises :class:`InputError` for invalid settings, and for those that would
-    change the path.
-    """
+    """Path of a cell in place of ``piece``; raises :class:`InputError` for invalid settings and other paths."""
     sets, fixed = settings_for(request.sets, piece), _path(piece)
     for setting in sets:
         if (name := ".".join(map(str, setting.path))) in fixed:

@@ -149,7 +149,11 @@ def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece
                 if not isinstance(outcome, Record):
                     arrays = {name: np.asarray(value) for name, value in outcome._asdict().items()}
                     keep(_path(fabric, piece), _key(fabric, piece), arrays)
-            left = [piece for piece in left if _is_open(outcomes[piece])]
+            left = [
+                p
+                for p in left
+                if (r := outcomes[p]) and (r.status == "failed" if isinstance(r, Record) else r.rejected)
+            ]
             if not left:
                 break
     for piece, outcome in outcomes.items():
@@ -159,11 +163,6 @@ def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece
             raise raised.get(outcome.status, NumericalError)(text)
         found[piece] = outcome
     return found
-
-
-def _is_open(outcome: Numbers | Record) -> bool:
-    """Tell whether another attempt may have a valid result."""
-    return outcome.status == "failed" if isinstance(outcome, Record) else bool(outcome.rejected)
 
 
 def _run(

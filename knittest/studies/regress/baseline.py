@@ -157,9 +157,7 @@ def entry_of(run: Run, record: Record, folder: Path) -> Entry:
 
 
 def fault_of(run: Run, record: Record, folder: Path) -> str:
-    """Reason why a completed run cannot be stored or compared, or empty; raises :class:`InputError` if its curve is
-    missing.
-    """
+    """Reason not to store or compare a completed run, or empty; raises :class:`InputError` for a missing curve."""
     if not numbers_of(record):
         return "the run completed without a number"
     if not has_curve(run):

@@ -107,10 +107,7 @@ LIMITS: dict[Level, float] = {"quick": 1800.0, "full": 43200.0}
 
 
 def chosen_cases(level: Level, scale: Literal["macro", "meso", "both"], table: Table | None) -> list[Case]:
-    """Cases of ``level`` at ``scale`` with rows in ``table`` (None: any), for Table 4 one a test and scale.
-
-    Raises :class:`InputError` if there are none.
-    """
+    """Cases with rows in ``table`` (None: any), of Table 4 one a test; raises :class:`InputError` if there are none."""
     found = [case for case in cases_of(level) if scale in (case.scale, "both") and table in (None, *case.tables)]
     if table == 4:
         found = list({(case.test, case.scale): case for case in reversed(found)}.values())[::-1]

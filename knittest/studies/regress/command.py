@@ -75,9 +75,8 @@ def regress_command(options: RegressOptions) -> int:
     done = {case: records[trial.key] for case, trial in trials.items()}
 
     def drift(case: Case) -> Drift:
-        if problem := update.problems.get(case.name):
-            return Drift(case, entries.get(case.name), problem=problem.text, no_room=problem.no_room)
-        return drift_of(case, trials[case].run, done[case], place(trials[case]), entries.get(case.name))
+        found = update.problems.get(case.name)
+        return found or drift_of(case, trials[case].run, done[case], place(trials[case]), entries.get(case.name))
 
     rows = (row for c, t in trials.items() for row in table3_rows(c, t.run, done[c], options.limit_sd))
     outcome = Outcome(

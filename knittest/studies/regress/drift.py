@@ -134,9 +134,7 @@ def curve_problem(run: Run, curve: Curve | None) -> str:
 
 
 def curve_changes(run: Run, folder: Path, curve: Curve, limit: float) -> list[Change]:
-    """Changes of the end that moved more, over the length of the stored curve, and of the point that uses most of its
-    limit, over the largest value of the curve.
-    """
+    """Changes of the end that moved more, over the length, and of the worst point, over the largest value."""
     x, y = points(run, folder)
     ends = [(curve.x[0], float(x[0])), (curve.x[-1], float(x[-1]))]
     before, now = max(ends, key=lambda end: abs(end[1] - end[0]))

@@ -24,9 +24,7 @@ SHARE_WITHOUT_SD: dict[Scale, float] = {"macro": 0.03, "meso": 0.10}
 
 @dataclass(frozen=True)
 class Row:
-    """One published number and its ``simulated`` value, NaN without one; ``rule`` says when it passes, ``reason`` why
-    it fails.
-    """
+    """Published number and its ``simulated`` value, NaN without one; ``rule`` to pass, ``reason`` of a failure."""
 
     case: Case
     quantity: str
@@ -46,10 +44,7 @@ class Row:
 
 
 def table3_rows(case: Case, run: Run, record: Record, limit_sd: float) -> Iterator[Row]:
-    """Rows of the numbers that the paper publishes of ``case``; a row without a result fails.
-
-    ``limit_sd`` is the limit of predicted and tuned rows in standard deviations of the experiment.
-    """
+    """Rows of Table 3 of ``case``; ``limit_sd`` [sd] is for predicted and tuned ones; rows without a result fail."""
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
         raise InputError(f"variant {case.variant}: the fabric names no experiment to compare with")
@@ -88,10 +83,7 @@ def no_result(record: Record) -> str:
 
 @dataclass(frozen=True)
 class CostRow:
-    """Test at a scale; ``note`` says why it has no numbers (NaN), or its preset and whether its quality checks passed.
-
-    ``added_mass`` [%] is that of mass scaling.
-    """
+    """Test at a scale; ``note`` says why numbers are missing (NaN), or preset and checks; ``added_mass`` in %."""
 
     test: str
     scale: str

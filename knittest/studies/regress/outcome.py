@@ -115,7 +115,12 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
         yield ""
     if outcome.costs:
         yield "Table 4, variant 1: other machines than in the paper, and another model size unless the preset is paper"
-        yield from _lines([HEAD4, *map(_row4, outcome.costs)], RIGHT4)
+        forms = ("{:.0f}", "{:.0f}", "{:.4g}", "{:.2g}", "{:.0f}", "{:.2g}")
+        rows: list[tuple[str, ...]] = [HEAD4]
+        for row in outcome.costs:
+            numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h, row.steps, row.added_mass)
+            rows.append((row.test, row.scale, *map(_number, numbers, forms), row.note))
+        yield from _lines(rows, RIGHT4)
         paper, ours = total(outcome.costs)
         yield f"sum of the tests that ran: {paper:.4g} CPU h in the paper, {ours:.2g} here"
         yield ""
@@ -139,12 +144,6 @@ def _row3(row: Row) -> tuple[str, ...]:
         case.specimen, case.scale, case.preset, label, _number(row.simulated, form), experiment, deviation, row.kind,
         row.rule, verdict,
     )  # fmt: skip
-
-
-def _row4(row: CostRow) -> tuple[str, ...]:
-    numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h, row.steps, row.added_mass)
-    forms = ("{:.0f}", "{:.0f}", "{:.4g}", "{:.2g}", "{:.0f}", "{:.2g}")
-    return (row.test, row.scale, *map(_number, numbers, forms), row.note)
 
 
 def _drift_lines(outcome: Outcome) -> Iterator[str]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from knittest.base.kinds import kinds
 from knittest.studies.regress.baseline import Entry, entry_of, fault_of, rounded
 from knittest.studies.regress.cases import Case
-from knittest.studies.regress.drift import CRESTS, counted, limit_of, limits_along, limits_for, pooled
+from knittest.studies.regress.drift import CRESTS, Drift, counted, limit_of, limits_along, limits_for, pooled
 from knittest.studies.trials.runner import RESUME
 from knittest.studies.trials.trial import MEANING, Record, Trial
 
@@ -85,22 +85,12 @@ Place = Callable[[Trial], Path]
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Reason why a completed run is not stored; ``no_room`` if only disk space or memory is missing."""
-
-    text: str
-    no_room: bool = False
-
-
-@dataclass(frozen=True)
 class Update:
-    """New ``entries`` by the name of their case, ``lines`` on the change of each, and ``problems``, by name, of
-    completed runs without an entry.
-    """
+    """New ``entries`` by case, ``lines`` on their changes, and ``problems`` of completed runs without an entry."""
 
     entries: dict[str, Entry] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
-    problems: dict[str, Problem] = field(default_factory=dict)
+    problems: dict[str, Drift] = field(default_factory=dict)
 
 
 def update_of(
@@ -116,31 +106,35 @@ def update_of(
     for case, trial in trials.items():
         if records[trial.key].status != "completed":
             continue
-        runs = [trial, *others[case]]
-        if problem := _lost(others[case], records) or _faulty(runs, records, place):
-            update.problems[case.name] = problem
-            continue
-        old, (new, *again) = before.get(case.name), (entry_of(t.run, records[t.key], place(t)) for t in runs)
-        if again:
-            curves = [(t.run, place(t)) for t in others[case]]
-            new = pooled(new, again, curves, kinds()[case.test].regression.crests)
-        loosened = wider(case, old, new) if old else {}
-        if loosened and case.name not in accept:
-            update.problems[case.name] = Problem(
-                f"not stored: limits would grow by more than {100.0 * GROWTH:g} %: {limits_text(case, loosened)}: find "
-                f"the cause; if the change is right, accept it with --accept-wider {case.name}"
+        old, runs = before.get(case.name), [trial, *others[case]]
+        problem, no_room = _lost(others[case], records)
+        for one in () if problem else runs:
+            if fault := fault_of(one.run, records[one.key], place(one)):
+                problem = f"{one.label}: {fault}"
+                break
+        if not problem:
+            new, *again = (entry_of(one.run, records[one.key], place(one)) for one in runs)
+            if again:
+                curves = [(one.run, place(one)) for one in others[case]]
+                new = pooled(new, again, curves, kinds()[case.test].regression.crests)
+            loosened = wider(case, old, new) if old else {}
+            if not loosened or case.name in accept:
+                update.entries[case.name] = accepting(case, old, new, loosened)
+                update.lines.append(difference(case, old, new, loosened))
+                continue
+            problem = (
+                f"limits would grow by more than {100.0 * GROWTH:g} %: {limits_text(case, loosened)}: find the "
+                f"cause; if the change is right, accept it with --accept-wider {case.name}"
             )
-            continue
-        update.entries[case.name] = accepting(case, old, new, loosened)
-        update.lines.append(difference(case, old, new, loosened))
+        update.problems[case.name] = Drift(case, old, problem=f"not stored: {problem}", no_room=no_room)
     return update
 
 
-def _lost(others: Sequence[Trial], records: Mapping[str, Record]) -> Problem | None:
-    """Problem of runs that round differently and did not complete; lack of disk space or memory comes first."""
+def _lost(others: Sequence[Trial], records: Mapping[str, Record]) -> tuple[str, bool]:
+    """Problem of runs that round differently and did not complete, and whether only disk space or memory is missing."""
     lost = [(trial, records[trial.key]) for trial in others if records[trial.key].status != "completed"]
     if not lost:
-        return None
+        return "", False
     trial, record = min(lost, key=lambda one: (one[1].status != "blocked", one[1].settled))
     what = f"{trial.label}, the same run with other rounding, {record.status}: {record.reason}"
     if len(lost) > 1:
@@ -149,12 +143,4 @@ def _lost(others: Sequence[Trial], records: Mapping[str, Record]) -> Problem | N
         "refused": "a run at the limit of a quality check is no baseline",
         "failed": "a run that fails by rounding alone is no baseline",
     }.get(record.status, f"{MEANING[record.status]}; {RESUME}")
-    return Problem(f"not stored: {what}; {meaning}", record.status == "blocked")
-
-
-def _faulty(trials: Sequence[Trial], records: Mapping[str, Record], place: Place) -> Problem | None:
-    """Problem of the first run that cannot be stored."""
-    for trial in trials:
-        if fault := fault_of(trial.run, records[trial.key], place(trial)):
-            return Problem(f"not stored: {trial.label}: {fault}")
-    return None
+    return f"{what}; {meaning}", record.status == "blocked"

@@ -58,10 +58,7 @@ class Child:
         return None if process is None else process.pid
 
     def run(self, trial: Trial, folder: Path, limit: float, options: RunOptions, heard: Heard | None = None) -> Record:
-        """Run ``trial`` in ``folder`` in at most ``limit`` seconds, several times if its process dies.
-
-        Raises :class:`ResourceError` if the process loads other code of knittest than this one.
-        """
+        """Run ``trial`` in ``limit`` [s], again if its process dies; raises :class:`ResourceError` for changed code."""
         earlier: list[str] = []
         while True:
             record = self._attempt(Task(trial, folder, options), limit, heard)

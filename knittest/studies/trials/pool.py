@@ -41,10 +41,7 @@ class Pool(Protocol):
 
 
 class LocalPool:
-    """Pool of ``workers`` processes with ``threads`` threads each, by default this machine's cores shared among them.
-
-    For ``note`` and ``holding`` see :class:`Child`.
-    """
+    """Pool of ``workers`` processes with ``threads`` threads each, by default all cores; the rest as :class:`Child`."""
 
     def __init__(
         self, workers: int | None = None, threads: int | None = None, note: Note = lambda *_: None,
@@ -105,10 +102,7 @@ _own = threading.local()
 
 
 class DaskPool:
-    """Dask cluster whose scheduler is at ``address``; every thread of its workers runs one trial at a time.
-
-    Raises :class:`InputError` if Dask is not installed or no scheduler answers.
-    """
+    """Dask cluster with a scheduler at ``address``, one trial a thread; raises :class:`InputError` if none answers."""
 
     def __init__(self, address: str, threads: int | None = None) -> None:
         self._address, self._threads = address, threads or 1

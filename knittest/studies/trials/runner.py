@@ -88,10 +88,7 @@ def run_shown(
     trials: Sequence[Trial], folder: Path, pool: Pool, *, limit: float, quiet: bool, ledger: str = LEDGER,
     options: RunOptions | None = None, check: Callable[[Record], None] | None = None,
 ) -> dict[str, Record]:  # fmt: skip
-    """Run ``trials`` in ``folder`` as :class:`TrialRunner` does, with an overview unless ``quiet``; records by key.
-
-    ``check`` gets every record as it comes, and ends the study by raising an error.
-    """
+    """Run ``trials`` by a :class:`TrialRunner` with an overview; records by key. ``check`` may end it by an error."""
     by_key = {trial.key: trial for trial in trials}
     records: dict[str, Record] = {}
     with (
@@ -128,10 +125,7 @@ class Studied(NamedTuple):
 
 
 def study_folder(folder: Path, marker: str, content: bytes | str, what: str) -> Path:
-    """Make ``folder`` the folder of a study with the file ``marker`` in it; returns the folder.
-
-    Raises as :func:`check_study_folder`, and :class:`ResourceError` where it cannot be written.
-    """
+    """Make ``folder`` that of a study with the file ``marker``; raises as :func:`check_study_folder`. Returns it."""
     check_study_folder(folder, marker, what)
     make_folder(folder)
     write_atomic(folder / marker, content)

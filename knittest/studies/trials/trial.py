@@ -225,10 +225,7 @@ DIGITS = 16
 
 
 class Ledger:
-    """Append-only file ``path`` of records, locked for one process; a context manager.
-
-    Raises :class:`ResourceError` if another process writes it or it cannot be written.
-    """
+    """Append-only file ``path`` of records, locked for one process; raises :class:`ResourceError` if it is in use."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -264,10 +261,7 @@ class Ledger:
 
 
 def read_ledgers(folder: Path, tell: Callable[[str], None]) -> dict[str, Record]:
-    """Read the last record of every key in all ledgers of ``folder``; a settled record precedes any other.
-
-    ``tell`` gets a message for each damaged line, which is skipped.
-    """
+    """Last record of every key in all ledgers of ``folder``, or its settled one; ``tell`` hears of damaged lines."""
     records: dict[str, Record] = {}
     for path in sorted(folder.glob(PATTERN)):
         try:

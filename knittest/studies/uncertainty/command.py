@@ -28,10 +28,7 @@ FREE = ("workers", "time_limit", "quantities", "statements", "shorter")
 
 
 def run_uncertainty(path: Path, options: StudyOptions) -> Studied:
-    """Run or resume the study in the file ``path``; the exit code is 3 if runs have no result.
-
-    Raises :class:`InputError` before anything runs. ``options.workers`` overrides that of the file.
-    """
+    """Run or resume the study in ``path``; exit code 3 if runs have no result. Raises :class:`InputError` first."""
     document = load_yaml(path)
     problem = problem_of(document, options.accept_limits)
     folder = options.out or Path("runs") / f"uncertainty-{slug(path.stem)}"
@@ -60,10 +57,7 @@ def _run_all(problem: Problem, runs: list[Planned], folder: Path, options: Study
 
 
 def _check_unchanged(document: Document, study: Study, before: Path) -> None:
-    """Raise :class:`InputError` if the file ``before``, which the folder has, is of another design.
-
-    More samples are allowed: the first points of the sequence stay the same.
-    """
+    """Raise :class:`InputError` if the folder's file ``before`` has another design; more samples are allowed."""
     if not before.is_file():
         return
     changed = ""

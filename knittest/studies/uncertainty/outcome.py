@@ -13,18 +13,10 @@ from knittest.config.yaml_loader import dotted
 from knittest.export.summary import now
 from knittest.report_page.files import Number
 from knittest.studies.trials.trial import OPEN, Record, code_digest, looser_note
-from knittest.studies.uncertainty.indices import (
-    LEAST_ROWS,
-    indices,
-    no_regression,
-    rank_regression,
-    share,
-    spread,
-    varies,
-)  # fmt: skip
-from knittest.studies.uncertainty.problem import Parameter, Problem
-from knittest.studies.uncertainty.runs import Planned, ended_sooner, missing, values_of
-from knittest.studies.uncertainty.variables import Numbers, Stated, Variable
+from knittest.studies.uncertainty import indices as estimates
+from knittest.studies.uncertainty.problem import Problem
+from knittest.studies.uncertainty.runs import Planned, values_of
+from knittest.studies.uncertainty.variables import Numbers, Variable
 
 
 class ParameterRow(BaseModel):
@@ -161,7 +153,8 @@ class Uncertainty(BaseModel):
 
 def lost_row(one: Planned, problem: Problem, records: Mapping[str, Record], numbers: Numbers) -> Lost | None:
     """Row of a run that lacks a result; None for any other."""
-    (status, reason), gone = one.full.ended(records), missing(one, numbers)
+    status, reason = one.full.ended(records)
+    gone = [name for name, found in numbers[one.fabric].items() if not np.isfinite(found[one.part, one.row])]
     if status == "completed" and not gone:
         return None
     values = {p.name: value for p, value in zip(problem.parameters, one.values, strict=True)}
@@ -174,14 +167,6 @@ def lost_row(one: Planned, problem: Problem, records: Mapping[str, Record], numb
             for again in one.attempts[1:]
         ],
     )  # fmt: skip
-
-
-def shorter_rows(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> list[ShorterRow]:
-    """Runs to each shorter end by status; completed ones count."""
-    found = {end: Counter[str]() for end in problem.shorter.values}
-    for again in (again for one in runs for again in one.attempts[1:]):
-        found[again.end or 0.0][again.ended(records)[0]] += 1
-    return [ShorterRow(end=end, runs_by_status=dict(counts)) for end, counts in found.items()]
 
 
 def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow], unit: str) -> list[str]:
@@ -226,7 +211,13 @@ def outcome_of(
     study = problem.study
     counts = Counter(one.full.ended(records)[0] for one in runs)
     lost = [row for one in runs if (row := lost_row(one, problem, records, numbers))]
-    sooner = ended_sooner(problem, runs)
+    sooner = {fabric: np.zeros((problem.parts, study.samples), bool) for fabric in problem.cases}
+    for one in runs:
+        sooner[one.fabric][one.part, one.row] = one.last.end is not None
+    shorter = {end: Counter[str]() for end in problem.shorter.values}
+    for again in (again for one in runs for again in one.attempts[1:]):
+        shorter[again.end or 0.0][again.ended(records)[0]] += 1
+    shares = [estimates.share(s.holds(numbers)[:2], s.fails(numbers)[:2], study.seed) for s in problem.statements]
     variables = [_variable_row(one, problem, one.values(numbers), one.either(sooner)) for one in problem.variables]
     setup = next(iter(problem.cases.values())).run()
     keys = [one.trial.key for run in runs for one in run.attempts if one.trial]
@@ -241,28 +232,35 @@ def outcome_of(
         design=study.design, samples=study.samples, seed=study.seed, points=problem.parts * study.samples,
         runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
         shorter_field=problem.shorter.field, shorter_unit=problem.shorter.unit,
-        shorter=shorter_rows(problem, runs, records),
+        shorter=[ShorterRow(end=end, runs_by_status=dict(counts)) for end, counts in shorter.items()],
         warnings=[
             *looser, *lost_warnings(lost, len(runs), variables, problem.shorter.unit), *_warnings(variables),
             *idle(problem, numbers),
         ],
-        parameters=[_parameter_row(one) for one in problem.parameters], variables=variables,
-        statements=[_statement_row(one, study.seed, numbers) for one in problem.statements], lost=lost,
+        parameters=[
+            ParameterRow(
+                fields=[dotted(path) for path in p.paths], unit=p.unit, kind=p.prior.kind, low=p.prior.low,
+                high=p.prior.high, mean=p.prior.mean, sd=p.prior.sd, reason=" ".join(p.prior.reason.split()),
+            )
+            for p in problem.parameters
+        ],
+        variables=variables,
+        statements=[
+            StatementRow(
+                name=one.name, text=one.text, holds=found.holds, count=found.count, points=found.total,
+                failing=found.failing, share=found.value, interval=list(found.interval or ()),
+                possible=list(found.possible),
+            )
+            for one, found in zip(problem.statements, shares, strict=True)
+        ],
+        lost=lost,
         version=knittest.__version__, code=code_digest(), written=now(),
-    )  # fmt: skip
-
-
-def _parameter_row(one: Parameter) -> ParameterRow:
-    prior = one.prior
-    return ParameterRow(
-        fields=[dotted(path) for path in one.paths], unit=one.unit, kind=prior.kind, low=prior.low, high=prior.high,
-        mean=prior.mean, sd=prior.sd, reason=" ".join(prior.reason.split()),
     )  # fmt: skip
 
 
 def _variable_row(one: Variable, problem: Problem, values: Array, sooner: NDArray[np.bool_]) -> VariableRow:
     """Band and indices of ``values`` (parts, n), which are of runs to a shorter end where ``sooner``."""
-    found = spread(values[:2], problem.study.seed)
+    found = estimates.spread(values[:2], problem.study.seed)
     rows, explained, why = _index_rows(one, problem, values)
     band = {} if found is None else {"band": found.band, "band_low": found.interval[0], "band_high": found.interval[1]}
     return VariableRow(
@@ -278,14 +276,14 @@ def _index_rows(one: Variable, problem: Problem, values: Array) -> tuple[list[In
     """Indices of ``values`` (parts, n), the share that a regression explains, and the reason if there are none."""
     if problem.study.design == "sample":
         drawn = values_of(problem).reshape(-1, len(problem.parameters))
-        if why := no_regression(drawn, values.ravel()):
+        if why := estimates.no_regression(drawn, values.ravel()):
             return [], None, why
-        found = rank_regression(drawn, values.ravel(), problem.study.seed)
+        found = estimates.rank_regression(drawn, values.ravel(), problem.study.seed)
         rows = zip(problem.parameters, found.coefficient.tolist(), found.interval.T.tolist(), strict=True)
         return [Index(parameter=p.name, first=c, first_interval=ends) for p, c, ends in rows], found.explained, ""
     if why := _no_indices(values, one.log):
         return [], None, why
-    sobol = indices(np.log(values) if one.log else values, problem.study.seed)
+    sobol = estimates.indices(np.log(values) if one.log else values, problem.study.seed)
     return [
         Index(
             parameter=parameter.name, first=sobol.first[k], first_interval=sobol.first_interval[:, k].tolist(),
@@ -299,19 +297,11 @@ def _no_indices(values: Array, log: bool) -> str:
     """Reason why ``values`` (d + 2, n) have no indices; empty if they have."""
     if gone := int((~np.isfinite(values)).sum()):
         return f"{gone} of {values.size} points of the design have no result"
-    if values.shape[1] < LEAST_ROWS:
-        return f"samples = {values.shape[1]}: indices need at least {LEAST_ROWS}"
+    if values.shape[1] < estimates.LEAST_ROWS:
+        return f"samples = {values.shape[1]}: indices need at least {estimates.LEAST_ROWS}"
     if log and values.min() <= 0.0:
         return "spacing: log, but some values are 0 or less"
-    return "" if varies(values) else "the quantity does not change over the prior"
-
-
-def _statement_row(one: Stated, seed: int, numbers: Numbers) -> StatementRow:
-    found = share(one.holds(numbers)[:2], one.fails(numbers)[:2], seed)
-    return StatementRow(
-        name=one.name, text=one.text, holds=found.holds, count=found.count, points=found.total, failing=found.failing,
-        share=found.value, interval=list(found.interval or ()), possible=list(found.possible),
-    )  # fmt: skip
+    return "" if estimates.varies(values) else "the quantity does not change over the prior"
 
 
 def _warnings(variables: Sequence[VariableRow]) -> list[str]:

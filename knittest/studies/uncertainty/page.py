@@ -1,31 +1,19 @@
 """Results of a study of uncertainty: its page, results.csv, and the text on the terminal."""
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 
 from knittest.report_page.blocks import Block, Cell, Table, Text
 from knittest.report_page.files import Number, Reader
 from knittest.report_page.pictures import picture
 from knittest.report_page.studies import Column, link, provenance, wide
-from knittest.studies.trials.page import (
-    NOT_FINISHED,
-    TABLE,
-    Contents,
-    StudyPage,
-    counts_text,
-    facts_table,
-    number_cell,
-    repeat_blocks,
-    runs_text,
-    unit_text,
-    warning_texts,
-    write_csv,
-)  # fmt: skip
+from knittest.studies.trials import page as parts
 from knittest.studies.trials.runner import TRIALS
 from knittest.studies.trials.trial import OPEN, Record
 from knittest.studies.uncertainty.outcome import Index, Lost, ParameterRow, StatementRow, Uncertainty, VariableRow
 from knittest.studies.uncertainty.problem import Problem, matrix_name
-from knittest.studies.uncertainty.runs import Planned, points
+from knittest.studies.uncertainty.runs import Planned
 from knittest.studies.uncertainty.variables import Numbers
 
 
@@ -42,12 +30,12 @@ def write_table(
     names = [one.name for one in problem.parameters]
     columns = {variable.name: variable.values(numbers) for variable in problem.variables}
     lines = []
-    for number, fabrics in enumerate(points(runs), 1):
-        first = fabrics[0]
+    for number, (_, fabrics) in enumerate(groupby(runs, lambda one: (one.part, one.row)), 1):
+        first, *others = fabrics
         line: dict[str, object] = {"point": number, "part": matrix_name(first.part, names), "row": first.row + 1}
         line |= dict(zip(names, first.values, strict=True))
         line |= {name: float(values[first.part, first.row]) for name, values in columns.items()}
-        for one in fabrics:
+        for one in (first, *others):
             status, reason = one.full.ended(records)
             counts = one.last.ended(records)[0] == "completed"
             line |= {f"{one.fabric} status": status, f"{one.fabric} reason": reason}
@@ -57,7 +45,7 @@ def write_table(
             key = (one.last if counts else one.full).key
             line[f"{one.fabric} folder"] = f"{TRIALS}/{key}" if key else ""
         lines.append(line)
-    write_csv(pd.DataFrame(lines), folder)
+    parts.write_csv(pd.DataFrame(lines), folder)
 
 
 #: parameters of a variable on the terminal
@@ -66,7 +54,7 @@ NAMED = 3
 
 def report_lines(found: Uncertainty) -> list[str]:
     """Lines that the command prints at its end."""
-    lines = [f"{found.status}: {found.runs} runs ({counts_text(found.runs_by_status)}) at {found.points} points"]
+    lines = [f"{found.status}: {found.runs} runs ({parts.counts_text(found.runs_by_status)}) at {found.points} points"]
     lines += [f"  failed runs repeated {text}" for text in shorter_texts(found)]
     lines.append("bands, 5 to 95 %:")
     for one in found.variables:
@@ -84,9 +72,9 @@ def report_lines(found: Uncertainty) -> list[str]:
 
 def shorter_texts(found: Uncertainty) -> list[str]:
     """``to 21 deg: 40 (30 completed, 10 refused)`` for each shorter end of repeated runs."""
-    unit = unit_text(found.shorter_unit)
+    unit = parts.unit_text(found.shorter_unit)
     states = {one.end: one.runs_by_status for one in found.shorter if one.runs_by_status}
-    return [f"to {end:g}{unit}: {runs_text(sum(counts.values()), counts)}" for end, counts in states.items()]
+    return [f"to {end:g}{unit}: {parts.runs_text(sum(counts.values()), counts)}" for end, counts in states.items()]
 
 
 def ranked(one: VariableRow) -> list[Index]:
@@ -103,7 +91,7 @@ def band_text(one: VariableRow) -> str:
     """``0.35 to 1.2, median 0.7 N``, and the number of points if some have no result."""
     low, middle, high = ("-" if value is None else f"{value:.4g}" for value in one.band)
     some = f" ({points_text(one)} points)" if one.count < one.points or one.shortened else ""
-    return f"{low} to {high}, median {middle}{unit_text(one.unit)}{some}"
+    return f"{low} to {high}, median {middle}{parts.unit_text(one.unit)}{some}"
 
 
 def points_text(one: VariableRow) -> str:
@@ -154,14 +142,14 @@ BANDS = (
 MOST_LOST = 100
 
 
-def _contents(reader: Reader, at: Path) -> Contents:
+def _contents(reader: Reader, at: Path) -> parts.Contents:
     found, folder = reader.model(RESULT, Uncertainty), reader.folder
     left = sum(states.get(OPEN, 0) for states in (found.runs_by_status, *(one.runs_by_status for one in found.shorter)))
-    notes: list[Block] = [Text(NOT_FINISHED.format(left), "warn")] if left else []
+    notes: list[Block] = [Text(parts.NOT_FINISHED.format(left), "warn")] if left else []
     facts = {
         "test": ", ".join(filter(None, (found.test, *found.setup))),
         "design": f"{found.design}, {found.samples} samples of A and B, {found.points} points, seed {found.seed}",
-        "runs": runs_text(found.runs, found.runs_by_status),
+        "runs": parts.runs_text(found.runs, found.runs_by_status),
         "runs repeated to a shorter end": "; ".join(shorter_texts(found)),
         "runs that lack a result": "" if found.lost_share is None else f"{100.0 * found.lost_share:.1f} %",
         "knittest": found.version,
@@ -169,8 +157,9 @@ def _contents(reader: Reader, at: Path) -> Contents:
         "written": found.written,
     }
     trials = [f"{TRIALS}/{path.parent.name}" for path in sorted((folder / TRIALS).glob("*/manifest.json"))]
-    return Contents(
-        found.uncertainty, found.status, notes + warning_texts(found.warnings), [facts_table("The study", facts)],
+    return parts.Contents(
+        found.uncertainty, found.status, [*notes, *parts.warning_texts(found.warnings)],
+        [parts.facts_table("The study", facts)],
         [
             ("statements", "Statements", _statements(found)),
             ("bands", "Bands", [*_picture(folder, "bands.png", "Medians, and 5 to 95 %"), *_bands(found)]),
@@ -179,14 +168,14 @@ def _contents(reader: Reader, at: Path) -> Contents:
             ("fabrics", "Fabrics", _fabrics(found)),
             ("lost", "Runs that lack a result", _lost(folder, at, found)),
             ("repeat", "How to repeat it", [
-                *repeat_blocks("uncertainty", COPY, "The study; paths in it start at its own folder", reader),
+                *parts.repeat_blocks("uncertainty", COPY, "The study; paths in it start at its own folder", reader),
                 *provenance(folder, trials),
             ]),
         ],
     )  # fmt: skip
 
 
-PAGE = StudyPage("Uncertainty", (RESULT,), _contents)
+PAGE = parts.StudyPage("Uncertainty", (RESULT,), _contents)
 
 
 def _picture(folder: Path, name: str, caption: str) -> list[Block]:
@@ -220,7 +209,7 @@ def _percentile(one: VariableRow, k: int) -> Cell:
         return Cell("-")
     ends = [side[k] for side in (one.band_low, one.band_high) if k < len(side)]
     note = f"{_number(ends[0])} to {_number(ends[1])}" if len(ends) == 2 else ""
-    return number_cell(one.band[k], one.unit, note, "{:.4g}")
+    return parts.number_cell(one.band[k], one.unit, note, "{:.4g}")
 
 
 def _indices(found: Uncertainty) -> list[Block]:
@@ -266,7 +255,7 @@ def _prior(one: ParameterRow) -> str:
 
 
 def _fabrics(found: Uncertainty) -> list[Block]:
-    blocks: list[Block] = [facts_table("Fabrics", found.fabrics)]
+    blocks: list[Block] = [parts.facts_table("Fabrics", found.fabrics)]
     rows = [(Cell(name), *(Cell(str(value)) for value in values)) for name, values in found.differences.items()]
     width = len(found.fabrics)
     whole = [row for row in rows if len(row) == width + 1]
@@ -289,9 +278,10 @@ def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
         naming.append(Column(f"counts to{unit}", [_counting(folder, at, one) for one in shown]))
     names: Sequence[str] = list(dict.fromkeys(name for one in shown for name in one.values))
     columns = [
-        Column(short(n), [number_cell(one.values.get(n), form="{:.4g}") for one in shown], numeric=True) for n in names
+        Column(short(n), [parts.number_cell(one.values.get(n), form="{:.4g}") for one in shown], numeric=True)
+        for n in names
     ]
-    more = f", the first {MOST_LOST}; {TABLE} has all" if len(found.lost) > MOST_LOST else ""
+    more = f", the first {MOST_LOST}; {parts.TABLE} has all" if len(found.lost) > MOST_LOST else ""
     return wide(f"Runs that lack a result: {len(found.lost)}{more}", naming, columns)
 
 

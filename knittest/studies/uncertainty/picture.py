@@ -20,10 +20,7 @@ COLUMNS, PANEL, BAR, AROUND = 3, (4.2, 3.4), 0.13, 1.1
 
 
 def pictures(found: Uncertainty, folder: Path) -> list[Path]:
-    """Draw both into ``folder`` if they have variables; returns the files that were written.
-
-    Bands have a panel for each quantity of all fabrics, and one for its ratios; indices one for each fabric or ratio.
-    """
+    """Draw both into ``folder``, with a panel a quantity or a fabric; returns the written files."""
     banded = [one for one in found.variables if one.band]
     keys = dict.fromkeys((one.quantity, one.ratio) for one in banded)
     panels = {
@@ -97,10 +94,7 @@ def _label(group: list[VariableRow]) -> str:
 
 
 def _bars(axes: "Axes", rows: list[VariableRow]) -> None:
-    """Draw the total index of every parameter as a bar with its interval, and the first-order one as a tick.
-
-    There is a bar a place; for a rank regression the bar is the coefficient.
-    """
+    """Draw total indices as bars with intervals and first-order ones as ticks, or rank coefficients as bars."""
     names, ranks = [index.parameter for index in rows[0].indices], rows[0].explained is not None
     high = 0.8 / len(rows)
     for number, row in enumerate(rows):

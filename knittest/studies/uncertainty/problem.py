@@ -29,10 +29,7 @@ _NAMES = ("fabric.name", "fabric.title", "fabric.experiment", "fabric.rigs", "ou
 
 
 def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Document) -> dict[str, list[object]]:
-    """Values, in the order of ``runs``, of every field in which they differ.
-
-    Raises :class:`InputError` for a field that is not below a path of ``differ``.
-    """
+    """Values of every field in which ``runs`` differ; raises :class:`InputError` for one outside ``differ``."""
     flat = [dict(leaves(run.model_dump(mode="json"))) for run in runs.values()]
     meso = next(iter(runs.values())).model.scale == "meso"
     unused = (*_NAMES, "fabric.macro.") if meso else _NAMES
@@ -170,10 +167,7 @@ class Problem:
         return 2 + (len(self.parameters) if self.study.design == "saltelli" else 0)
 
     def run(self, fabric: str, values: Sequence[float], end: float | None = None) -> Run:
-        """Run of ``fabric`` with ``values`` of the parameters, to its full end or to the shorter ``end``.
-
-        Raises :class:`InputError` for invalid values.
-        """
+        """Run of ``fabric`` with ``values``, to its full or shorter ``end``; raises :class:`InputError` if invalid."""
         sooner = [] if end is None else [self.shorter.setting(end)]
         return with_cards([self.cases[fabric].run([*settings_at(self.parameters, values), *sooner])])[0]
 
@@ -184,17 +178,19 @@ def settings_at(parameters: Sequence[Parameter], values: Sequence[float]) -> lis
 
 
 def problem_of(document: Document, accept_limits: bool = False) -> Problem:
-    """Read the problem in ``document``; raises :class:`InputError` with file and line.
-
-    With ``accept_limits`` runs may have looser limits than their preset.
-    """
+    """Read the problem in ``document``; raises :class:`InputError` with file and line."""
     study = file.parse_uncertainty(document)
     cases = _cases(study, document, accept_limits)
     first = next(iter(cases.values())).run()
     parameters = _parameters(study, document, first.rig.kind)
     for case in cases.values():
         _check_ends(case, parameters)
-    middle = _middle(cases, parameters)
+    try:
+        middle = {
+            name: case.run(settings_at(parameters, [p.median for p in parameters])) for name, case in cases.items()
+        }
+    except InputError as error:
+        raise InputError(f"{error} (at the medians of all priors, which do not fit together)") from None
     differences = check_differences(middle, study, document)
     variables = variables_of(study, document)
     stated = statements_of(study, document)
@@ -243,15 +239,6 @@ def _check_ends(case: Case, parameters: Sequence[Parameter]) -> None:
             except InputError as error:
                 prior = f"an end of the prior of {parameter.name}, {end:g}, for fabric {case.name}"
                 raise InputError(f"{error} ({prior}: limit the prior to valid values)") from None
-
-
-def _middle(cases: Mapping[str, Case], parameters: Sequence[Parameter]) -> dict[str, Run]:
-    """Run of each case at the medians of all priors; raises :class:`InputError` for invalid ones."""
-    settings = settings_at(parameters, [one.median for one in parameters])
-    try:
-        return {name: case.run(settings) for name, case in cases.items()}
-    except InputError as error:
-        raise InputError(f"{error} (at the medians of all priors, which do not fit together)") from None
 
 
 # Points of a design: two samples A and B of the prior, and by Saltelli et al. (2010) A with one column of B each.

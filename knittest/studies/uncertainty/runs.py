@@ -1,10 +1,9 @@
 """Runs of the design: a trial for every point and fabric, and the results of its record."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
@@ -131,20 +130,8 @@ def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, 
     return found
 
 
-def ended_sooner(problem: Problem, runs: Sequence[Planned]) -> dict[str, NDArray[np.bool_]]:
-    """Flags of runs to a shorter end, by fabric, over the design (parts, n)."""
-    shape = (problem.parts, problem.study.samples)
-    found = {fabric: np.zeros(shape, bool) for fabric in problem.cases}
-    for one in runs:
-        found[one.fabric][one.part, one.row] = one.last.end is not None
-    return found
-
-
 def check_first(problem: Problem, record: Record) -> None:
-    """Raise :class:`InputError` for a quantity that neither the completed run nor the labels of its test have.
-
-    So a misspelt name ends the study after its first run.
-    """
+    """Raise :class:`InputError` after the first run for a quantity that neither it nor the labels of its test have."""
     if record.results:
         kind = next(iter(problem.cases.values())).kind
         _check_known(problem, [*record.results, *kinds()[kind].labels])
@@ -158,16 +145,3 @@ def _check_known(problem: Problem, known: list[str]) -> None:
             where = f"{problem.name}.yaml: quantities.{name}.result = {one.result}"
             places = f" at {', '.join(f'{at:g}' for at in one.at)}" if one.at else ""
             raise InputError(f"{where}: no run has this result{places}: {unknown(one.result, stem, 'result')}")
-
-
-def missing(one: Planned, numbers: Mapping[str, Mapping[str, Array]]) -> list[str]:
-    """Names of results that the run lacks."""
-    return [name for name, found in numbers[one.fabric].items() if not np.isfinite(found[one.part, one.row])]
-
-
-def points(runs: Sequence[Planned]) -> Iterator[list[Planned]]:
-    """Runs of each point of the design, one a fabric, in the order of the design."""
-    by: dict[tuple[int, int], list[Planned]] = {}
-    for one in runs:
-        by.setdefault((one.part, one.row), []).append(one)
-    yield from by.values()
