@@ -85,10 +85,8 @@ def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[
     for _, place in plans:
         names = manifest_of(place).get("left_out") if (place / "manifest.json").exists() else None
         left_out |= {*names} if isinstance(names, list) else set()
-    options = replace(
-        options, frames=options.frames and "frames" not in left_out,
-        pictures=options.pictures and "pictures" not in left_out,
-    )  # fmt: skip
+    frames, pictures = ("frames" not in left_out, "pictures" not in left_out)
+    options = replace(options, frames=options.frames and frames, pictures=options.pictures and pictures)
     use_threads(options.threads)
     jobs, codes = [], []
     for plan, place in plans:
@@ -127,10 +125,8 @@ def _remaining_job(plan: Path, folder: Path, options: RunOptions, force: bool) -
     if unverified(folder, run):
         return run, folder
     reason = f": {manifest['message']}" if manifest.get("message") else ""
-    print(
-        f"{folder}: completed on {manifest.get('ended')}{reason}; nothing to resume",
-        file=sys.stderr if options.json else sys.stdout,
-    )
+    text = f"{folder}: completed on {manifest.get('ended')}{reason}; nothing to resume"
+    print(text, file=sys.stderr if options.json else sys.stdout)
     code = manifest.get("exit_code")
     return code if isinstance(code, int) else 0
 
@@ -141,9 +137,8 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
     plans = list(parent.glob("config-*.yaml"))
     begun = [folder for folder in map(_planned_in, plans) if folder.exists()]
     if plans and not (begun and all(map(of_bad_input, begun))):
-        raise InputError(
-            f"--out {parent}: holds a run; continue it with: knittest resume {parent}, or choose a new folder"
-        )
+        remedy = f"continue it with: knittest resume {parent}, or choose a new folder"
+        raise InputError(f"--out {parent}: holds a run; {remedy}")
     for run in runs:
         write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
 
@@ -178,9 +173,8 @@ def _report(outcomes: Sequence[Outcome], options: RunOptions) -> int:
     """Print the outcomes as a table or as JSON; returns the exit code."""
     pages = {o.folder: str(page) if (page := page_of(o.folder)) else None for o in outcomes}
     if options.json:
-        summaries = [
-            o.summary | {"folder": str(o.folder), "page": pages[o.folder], "curves": list(o.curves)} for o in outcomes
-        ]
+        more = [{"folder": str(o.folder), "page": pages[o.folder], "curves": list(o.curves)} for o in outcomes]
+        summaries = [one.summary | places for one, places in zip(outcomes, more, strict=True)]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
         print_results(outcomes, details=options.details)

@@ -91,9 +91,7 @@ def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -
         raise InputError("--parquet: pyarrow is not installed: pip install 'knittest[parquet]'")
     plan = plan_of(load_yaml(path), options.accept_limits)
     if plan.count > MANY and not agree(f"{path}: {plan.count:,} runs, more than {MANY:,}"):
-        raise InputError(
-            f"{path}: {plan.count:,} runs, more than {MANY:,}: confirm with --yes, or make the sweep smaller"
-        )
+        raise InputError(f"{path}: {plan.count:,} runs, more than {MANY:,}: confirm with --yes or reduce the sweep")
     rows, limit = plan.rows(), plan.sweep.time_limit
     mine = _share([row.trial for row in rows if row.trial], options.shard)
     pool = None if options.slurm is not None else _pool(options)

@@ -85,12 +85,10 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> tuple[dict[s
         for name in ("simulated", "experiment_mean", "experiment_sd", "deviation_sd", "deviation_pct", "kind")
     }
     limits = record.looser_limits if record else []
-    tail: dict[str, object] = {
-        "attempts": 1 + len(record.earlier) if record else None,
-        "host": record.host if record else "",
-        "ended": record.ended if record else "",
-        "folder": f"{TRIALS}/{row.trial.key}" if row.trial else "",
-    }
+    tail: dict[str, object] = {"attempts": None, "host": "", "ended": ""}
+    if record:
+        tail = {"attempts": 1 + len(record.earlier), "host": record.host, "ended": record.ended}
+    tail["folder"] = f"{TRIALS}/{row.trial.key}" if row.trial else ""
     return (
         head, chosen, results, comparison,
         {**(summary.get("quality", {}) if summary else {}), **({"looser_limits": "; ".join(limits)} if limits else {})},
@@ -161,9 +159,7 @@ def _notes(table: "DataFrame") -> list[Block]:
     left, lost = int(counts.get(OPEN, 0)), int(len(table) - counts.get("completed", 0) - counts.get(OPEN, 0))
     blocks: list[Block] = [Text(NOT_FINISHED.format(left), "warn")] if left else []
     if lost:
-        blocks.append(
-            Text(f"{lost} of {len(table)} runs have no valid result; the table below has the reasons.", "bad")
-        )
+        blocks.append(Text(f"{lost} of {len(table)} runs have no valid result; the reasons are below.", "bad"))
     if "looser_limits" in table:
         found = table["looser_limits"].dropna()
         named = ", ".join(dict.fromkeys("; ".join(map(str, found)).split("; ")))
@@ -187,10 +183,8 @@ def _reasons(folder: Path, at: Path, table: "DataFrame") -> list[Block]:
     lost = table[~table["status"].isin(("completed", OPEN))]
     if lost.empty:
         return [Text("Every run that ended has a valid result.")]
-    rows = [
-        (*_naming(folder, at, row), Cell(str(row["reason"]) or "no reason is recorded"))
-        for _, row in lost.head(MOST_REASONS).iterrows()
-    ]
+    first = [row for _, row in lost.head(MOST_REASONS).iterrows()]
+    rows = [(*_naming(folder, at, row), Cell(str(row["reason"]) or "no reason is recorded")) for row in first]
     caption = f"Runs without a valid result: {len(lost)}"
     caption += f", the first {MOST_REASONS} of them; {TABLE} has all" if len(lost) > MOST_REASONS else ""
     return [Table(caption, ("run", "state", "reason"), rows)]

@@ -117,10 +117,8 @@ def _line(problem: Problem, evaluation: Evaluation) -> str:
         return f"{head} {evaluation.reason}"
     pairs = zip(problem.targets, evaluation.simulated, strict=True)
     texts = [
-        f"{t.label} {value:.5g} ({(value - t.mean) / t.sd:+.3f} sd)"
-        if isinstance(t, Number)
-        else f"{t.label} {value:.3f} sd"
-        for t, value in pairs
+        f"{t.label} " + (f"{v:.5g} ({(v - t.mean) / t.sd:+.3f} sd)" if isinstance(t, Number) else f"{v:.3f} sd")
+        for t, v in pairs
     ]
     return f"{head} {', '.join(texts)}"
 

@@ -88,9 +88,8 @@ def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study"
     import optuna
 
     with readable(shown_url(storage)):
-        return optuna.create_study(
-            storage=storage, study_name=_name(problem, folder), direction="minimize", load_if_exists=True
-        )
+        name = _name(problem, folder)
+        return optuna.create_study(storage=storage, study_name=name, direction="minimize", load_if_exists=True)
 
 
 def shown_url(storage: "RDBStorage") -> str:

@@ -92,10 +92,8 @@ def _warnings(parameter: Parameter, found: Estimate, here: float, noise: float) 
     name = parameter.name
     if found.sensitivity < noise:
         prior = "; its value is that of the prior" if parameter.prior else ""
-        return [
-            f"{name} has no influence: over its bounds it changes the targets by {found.sensitivity:.2g} sd, less than "
-            f"noise = {noise:g}{prior}"
-        ]
+        small = f"{found.sensitivity:.2g} sd, less than noise = {noise:g}"
+        return [f"{name} has no influence: over its bounds it changes the targets by {small}{prior}"]
     texts = []
     if min(here, 1.0 - here) < AT_BOUND:
         texts.append(f"{name} is at its bound: widen the bounds unless it is a limit of the material")
@@ -236,12 +234,8 @@ def target_rows(outcome: Outcome) -> list[TargetRow]:
         if isinstance(target, Number):
             off = None if simulated is None else (simulated - target.mean) / target.sd
             more = {"quantity": target.quantity, "mean": target.mean, "sd": target.sd, "simulated": simulated}
-        rows.append(
-            TargetRow(
-                target=target.label, test=target.test, weight=target.weight, source=target.source, deviation_sd=off,
-                **more,
-            )
-        )  # fmt: skip
+        more |= {"test": target.test, "weight": target.weight, "source": target.source}
+        rows.append(TargetRow(target=target.label, deviation_sd=off, **more))
     return rows
 
 
@@ -258,13 +252,10 @@ def parameter_rows(outcome: Outcome) -> list[ParameterRow]:
             found = outcome.judgement.found[k]
             finite = found.sd if math.isfinite(found.sd) else None
             more = {"sd": finite, "interval_95": list(found.interval), "sensitivity_sd": found.sensitivity}
-        rows.append(
-            ParameterRow(
-                fields=[dotted(path) for path in one.paths], unit=one.unit, low=one.low, high=one.high, start=one.start,
-                prior_mean=mean, prior_sd=sd, value=outcome.best.values[k] if outcome.best else None, before=value,
-                before_source=source, **more,
-            )
-        )  # fmt: skip
+        more |= {"unit": one.unit, "low": one.low, "high": one.high, "start": one.start, "prior_mean": mean}
+        more |= {"prior_sd": sd, "value": outcome.best.values[k] if outcome.best else None}
+        fields = [dotted(path) for path in one.paths]
+        rows.append(ParameterRow(fields=fields, before=value, before_source=source, **more))
     return rows
 
 

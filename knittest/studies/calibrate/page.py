@@ -169,13 +169,9 @@ def _targets(found: Calibration) -> list[Block]:
         simulated = Cell("curve") if row.mean is None else parts.number_cell(row.simulated, form=_form(row))
         off, weight = row.deviation_sd, "" if row.weight == 1.0 else f", weight {row.weight:g}"
         tone: Tone = "" if off is None else "good" if abs(off) <= 1.0 else "bad"
-        rows.append(
-            (
-                Cell(row.target, note=f"test {row.test}{weight}: {row.source}"), simulated,
-                Cell(_spread(row.mean, row.sd)), Cell("-") if off is None else Cell(f"{off:+.3f} sd", tone=tone),
-                Cell("tuned"),
-            )
-        )  # fmt: skip
+        target = Cell(row.target, note=f"test {row.test}{weight}: {row.source}")
+        deviation = Cell("-") if off is None else Cell(f"{off:+.3f} sd", tone=tone)
+        rows.append((target, simulated, Cell(_spread(row.mean, row.sd)), deviation, Cell("tuned")))
     header = ("target", "simulated", "wanted", "deviation", "kind")
     return [Table("Targets, at the values that were found", header, rows, (1, 2, 3))]
 

@@ -93,10 +93,8 @@ def _response(axes: "Axes", outcome: Outcome, target: Number) -> None:
     mark_lost(axes, np.array([one.values[0] for one in outcome.history if not one.good]), label="no result")
     if parameter.log:
         log_scale(axes.xaxis, (1.0, 2.0, 3.0, 5.0))
-    axes.set(
-        xlabel=f"{parameter.name}{unit_label(parameter.unit)}",
-        ylabel=LABELS.get(target.quantity, (target.quantity,))[0],
-    )
+    axes.set_xlabel(f"{parameter.name}{unit_label(parameter.unit)}")
+    axes.set_ylabel(LABELS.get(target.quantity, (target.quantity,))[0])
     axes.legend(frameon=False, fontsize=8.5, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
 
 

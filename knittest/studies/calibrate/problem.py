@@ -128,10 +128,8 @@ class Problem:
 def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     """Read the problem in ``document``; raises :class:`InputError` with file and line."""
     calibration = file.parse_calibration(document)
-    base, fabric = (
-        settings_of(calibration.base, document, ("base",)),
-        fabric_path(calibration.base, document, ("base",)),
-    )
+    base = settings_of(calibration.base, document, ("base",))
+    fabric = fabric_path(calibration.base, document, ("base",))
     cases = []
     for name, test in calibration.tests.items():
         at = ("tests", name)

@@ -94,9 +94,8 @@ def tension_of(test: Tested) -> tuple[Array, Array]:
     """Tension curve of the macro model; raises :class:`NotTornError` if no yarn of a cell failed."""
     run = test.run
     if isinstance(run, CellRun) and "cell_fracture_strain_pct" not in test.results:
-        raise NotTornError(
-            f"path {run.rig.path}: no yarn failed up to rig.max_strain = {run.rig.max_strain:g} %: increase it"
-        )
+        limit = f"rig.max_strain = {run.rig.max_strain:g} %"
+        raise NotTornError(f"path {run.rig.path}: no yarn failed up to {limit}: increase it")
     return tension_curve(*pulled(test))
 
 
@@ -197,9 +196,8 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     macro = data["macro"]
     friction = ELASTIC if run.fabric.macro.shear is None else run.fabric.macro.shear.friction_share
     macro["tension"] = {d: f"{DATA_FOLDER}/tension-{d}.csv" for d in DIRECTIONS}
-    macro["fracture_strain"] = {
-        d: _derived(float(card.tension[d][0][-1]), _source(card, "tensile", d)) for d in DIRECTIONS
-    }
+    ends = {d: float(card.tension[d][0][-1]) for d in DIRECTIONS}
+    macro["fracture_strain"] = {d: _derived(end, _source(card, "tensile", d)) for d, end in ends.items()}
     macro["bending_stiffness"] = {d: _derived(card.bending[d], _source(card, "cantilever", d)) for d in DIRECTIONS}
     macro["shear"] = {
         "kind": "table", "curve": f"{DATA_FOLDER}/shear.csv", "source": "derived",

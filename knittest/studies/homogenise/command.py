@@ -34,9 +34,7 @@ if TYPE_CHECKING:
 
 
 #: note on every card of a cell
-EQUAL_YARNS = (
-    "all yarns of a cell are equal: strips whose yarns scatter fail at a lower force and strain than this card"
-)
+EQUAL_YARNS = "all yarns of a cell are equal: strips with scatter fail at a lower force and strain than this card"
 #: scales of homogenise.json in messages
 SCALES = {"yarns": "meso", "shells": "macro", "cell": "cell"}
 
@@ -120,9 +118,8 @@ def report_lines(outcome: Outcome) -> list[str]:
     lines.append(f"{'':{width}}  {'meso':>10}  {'macro':>10}  deviation")
     for row in outcome.rows:
         name, mark = f"{row.test}, {row.quantity}", "" if row.within else f"  above {TOLERANCE:g} %"
-        lines.append(
-            f"{name:{width}}  {row.yarns:>10.5g}  {row.shells:>10.5g}  {row.deviation:>+7.2f} %  {row.unit}{mark}"
-        )
+        numbers = f"{row.yarns:>10.5g}  {row.shells:>10.5g}  {row.deviation:>+7.2f} %"
+        lines.append(f"{name:{width}}  {numbers}  {row.unit}{mark}")
     lines += [outcome.note] if outcome.note else []
     if worst := outcome.worst:
         where = f"{worst.deviation:+.2f} %, {worst.test}, {worst.quantity}"
@@ -159,9 +156,8 @@ def _curves(axes: "Axes", piece: Piece, yarns: Tested, shells: Tested) -> None:
     tensile = piece.kind == "tensile"
     styles = (("meso model", BLUE, "-", 2.4), ("macro model with the card", ORANGE, "--", 1.6))
     for test, (label, colour, dash, thick) in zip((yarns, shells), styles, strict=True):
-        axes.plot(
-            *(cards.pulled if tensile else cards.normalised)(test), dash, color=colour, linewidth=thick, label=label
-        )
+        curve = cards.pulled(test) if tensile else cards.normalised(test)
+        axes.plot(*curve, dash, color=colour, linewidth=thick, label=label)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     if tensile:
@@ -207,9 +203,8 @@ def run_homogenisation(request: Request, options: HomogeniseOptions, command: st
     runs = {piece: (cell_run if cell else yarn_run)(request, piece) for piece in PIECES}
     pool = LocalPool(options.workers, options.threads)
     first = runs[PIECES[0]]
-    name = (
-        f"homogenise{'-cell' if cell else ''}-{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
-    )
+    name = f"{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
+    name = f"homogenise{'-cell' if cell else ''}-{name}"
     folder = study_folder(options.out or Path("runs") / name, REQUEST, f"{command}\n", "homogenisation")
     outcome = Outcome(first, command)
     with resumable():

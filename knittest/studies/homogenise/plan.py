@@ -37,12 +37,9 @@ class Piece:
 
 
 PIECES = (
-    Piece("tensile", "warp"),
-    Piece("tensile", "weft"),
-    Piece("picture-frame"),
-    Piece("cantilever", "warp"),
+    Piece("tensile", "warp"), Piece("tensile", "weft"), Piece("picture-frame"), Piece("cantilever", "warp"),
     Piece("cantilever", "weft"),
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -161,9 +158,8 @@ def cell_run(request: Request, piece: Piece) -> Run:
     sets, fixed = settings_for(request.sets, piece), _path(piece)
     for setting in sets:
         if (name := ".".join(map(str, setting.path))) in fixed:
-            raise InputError(
-                f"{setting.said}: {piece.name} of a cell needs {name} = {fixed[name]}: remove this setting"
-            )
+            needed = f"{name} = {fixed[name]}"
+            raise InputError(f"{setting.said}: {piece.name} of a cell needs {needed}: remove this setting")
     settings = [own(name, value) for name, value in fixed.items()]
     run = resolved(request, "cell", None, [*settings, *sets])
     if run.variability.specimens > 1:

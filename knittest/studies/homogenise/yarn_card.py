@@ -42,6 +42,8 @@ TRIES = ((1.0, 1.0, 1.0), (0.5, 0.6, 1.0), (1.0, 1.0, 1.4), (0.5, 0.6, 1.4))
 #: factor on the largest strain of a path without yarn failure, and the largest strain [%]: thick loops give thin inlays
 #: more waviness than their crimp
 FARTHER, FARTHEST = 1.6, 50.0
+#: shows a text once
+_tell_once = cache(tell)
 #: paths from which each part of a card is derived
 PATHS: Mapping[str, Sequence[Piece]] = dict(zip(CARD, (PIECES[:2], PIECES[3:], PIECES[2:3]), strict=True))
 #: width [mm] of the strip whose yarns scatter, as in tensile tests
@@ -82,11 +84,6 @@ def with_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
             _tell_once(f"{run.fabric.name}: {note}")
         completed.append(run)
     return completed
-
-
-@cache
-def _tell_once(text: str) -> None:
-    tell(text)
 
 
 def missing_parts(run: Run) -> tuple[str, ...]:
@@ -139,22 +136,19 @@ def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece
             if outcomes and not quiet:
                 speed, safety, finer = tried
                 names = ", ".join(piece.name for piece in left)
-                tell(
-                    f"fabric {fabric.name}: no valid result of {names} yet; trying {speed:g} of the speed, a safety "
-                    f"factor of the time step of at most {safety:g}, {finer:g} times the beams in a loop and, if no "
-                    "yarn failed, a larger strain"
+                more = (
+                    f"{speed:g} of the speed, safety <= {safety:g}, {finer:g} times the beams in a loop, larger strain"
                 )
+                tell(f"fabric {fabric.name}: no valid result of {names} yet; next attempt with {more}")
             for piece, outcome in _run(fabric, left, Path(folder), tried, farther, quiet).items():
                 outcomes[piece] = outcome
                 if not isinstance(outcome, Record):
                     arrays = {name: np.asarray(value) for name, value in outcome._asdict().items()}
                     keep(_path(fabric, piece), _key(fabric, piece), arrays)
-            left = [
-                p
-                for p in left
-                if (r := outcomes[p]) and (r.status == "failed" if isinstance(r, Record) else r.rejected)
-            ]
-            if not left:
+            open_paths = {
+                p for p, r in outcomes.items() if (r.status == "failed" if isinstance(r, Record) else r.rejected)
+            }
+            if not (left := [piece for piece in left if piece in open_paths]):
                 break
     for piece, outcome in outcomes.items():
         if isinstance(outcome, Record):

@@ -78,9 +78,7 @@ class Entry(_Stored):
         if self.runs == 1 and (self.scatter or self.ranges or (self.curve and self.curve.scatter)):
             raise ValueError("scatter, ranges: expected none of 1 run")
         if odd := sorted({*self.scatter, *self.ranges} ^ {*(self.results if self.runs > 1 else ())}):
-            raise ValueError(
-                f"scatter, ranges: expected one for each number in results: {odd[0]} is in one of them only"
-            )
+            raise ValueError(f"scatter, ranges: expected one for each number in results: {odd[0]} is in only one")
         if self.runs > 1 and self.curve and not self.curve.scatter:
             raise ValueError(f"curve.scatter: expected that of {self.runs} runs")
         for name, (low, high) in self.ranges.items():
@@ -110,10 +108,8 @@ def load(path: Path) -> Baseline:
     except ValidationError as error:
         first = error.errors()[0]
         where, what = ".".join(map(str, first["loc"])) or "file", first["msg"].removeprefix("Value error, ")
-        raise InputError(
-            f"{path}: no baseline of this version: {where}: {what}; restore the committed file, or remove the run from "
-            "it and store it again with --update-baseline"
-        ) from None
+        remedy = "restore the committed file, or remove the run from it and use --update-baseline"
+        raise InputError(f"{path}: no baseline of this version: {where}: {what}; {remedy}") from None
 
 
 def save(path: Path, baseline: Baseline) -> None:
@@ -151,9 +147,8 @@ def entry_of(run: Run, record: Record, folder: Path) -> Entry:
         grid = np.array([rounded(v) for v in np.linspace(x[0], x[-1], POINTS)])
         values = [rounded(v) for v in np.interp(grid, x, y)]
         curve = Curve(x_name=axes.x, y_name=axes.y, x=grid.tolist(), y=values)
-    return Entry(
-        commit=git_commit(), date=now(), cpu=cpu_model(), elements=record.cost["elements"], results=results, curve=curve
-    )
+    elements, commit, cpu = record.cost["elements"], git_commit(), cpu_model()
+    return Entry(commit=commit, date=now(), cpu=cpu, elements=elements, results=results, curve=curve)
 
 
 def fault_of(run: Run, record: Record, folder: Path) -> str:

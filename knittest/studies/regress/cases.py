@@ -87,14 +87,15 @@ def trial_here(run: Run, label: str) -> Trial:
 def cases_of(level: Level) -> list[Case]:
     """All runs of ``level``, long ones first."""
     runs = [(kind.name, runs) for kind in kinds().values() for runs in kind.regression.runs if runs.level == level]
-    return [
-        Case(
-            test, cast("Scale", one.scale), variant, direction, cast("Preset", one.preset), one.sets, one.label,
-            one.parameters, one.enlarges,
+    cases = []
+    for test, one in sorted(runs, key=lambda item: item[1].rank):
+        scale, preset, more = (
+            cast("Scale", one.scale),
+            cast("Preset", one.preset),
+            (one.sets, one.label, one.parameters),
         )
-        for test, one in sorted(runs, key=lambda item: item[1].rank)
-        for variant, direction in one.specimens
-    ]  # fmt: skip
+        cases += [Case(test, scale, variant, along, preset, *more, one.enlarges) for variant, along in one.specimens]
+    return cases
 
 
 def all_names() -> set[str]:

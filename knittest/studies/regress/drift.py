@@ -53,10 +53,8 @@ class Change:
             low, high = self.counted
             stored = f"{low}" if low == high else f"{low} to {high}"
             return f"{self.what}: {stored} stored, {self.now:g} now ({self.change:+g}, limit {self.limit:g} crest)"
-        return (
-            f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({100.0 * self.change:+.3g} %, "
-            f"limit {100.0 * self.limit:.3g} %)"
-        )
+        percent = f"{100.0 * self.change:+.3g} %, limit {100.0 * self.limit:.3g} %"
+        return f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({percent})"
 
 
 def of_number(name: str, stored: float, now: float, limit: float) -> Change:

@@ -140,10 +140,8 @@ def _row3(row: Row) -> tuple[str, ...]:
     deviation = deviation if math.isfinite(share) else "-"
     verdict = "pass" if row.passed else f"FAIL: {row.reason}"
     case = row.case
-    return (
-        case.specimen, case.scale, case.preset, label, _number(row.simulated, form), experiment, deviation, row.kind,
-        row.rule, verdict,
-    )  # fmt: skip
+    run, simulated = (case.specimen, case.scale, case.preset), _number(row.simulated, form)
+    return (*run, label, simulated, experiment, deviation, row.kind, row.rule, verdict)
 
 
 def _drift_lines(outcome: Outcome) -> Iterator[str]:
@@ -179,10 +177,9 @@ def _wider(drifts: list[Drift]) -> Iterator[str]:
         elif drift.entry.runs > 1 and drift.changes:
             along = limits_of(drift.case, drift.entry)
             widest = max({*along} - {*drift.entry.ranges}, key=lambda name: along[name])
-            yield (
-                f"  {drift.case.name}: plus {TIMES:g} times the scatter of {drift.entry.runs} runs rounded "
-                f"differently, in all at most {100.0 * along[widest]:.2g} % ({widest}); one crest more or fewer"
-            )
+            scatter = f"plus {TIMES:g} times the scatter of {drift.entry.runs} runs rounded differently"
+            most = f"{100.0 * along[widest]:.2g} % ({widest})"
+            yield f"  {drift.case.name}: {scatter}, in all at most {most}; one crest more or fewer"
 
 
 def _number(value: float, form: str) -> str:

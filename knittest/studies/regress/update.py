@@ -122,10 +122,8 @@ def update_of(
                 update.entries[case.name] = accepting(case, old, new, loosened)
                 update.lines.append(difference(case, old, new, loosened))
                 continue
-            problem = (
-                f"limits would grow by more than {100.0 * GROWTH:g} %: {limits_text(case, loosened)}: find the "
-                f"cause; if the change is right, accept it with --accept-wider {case.name}"
-            )
+            remedy = f"find the cause; if the change is right, accept it with --accept-wider {case.name}"
+            problem = f"limits would grow by more than {100.0 * GROWTH:g} %: {limits_text(case, loosened)}: {remedy}"
         update.problems[case.name] = Drift(case, old, problem=f"not stored: {problem}", no_room=no_room)
     return update
 

@@ -107,15 +107,10 @@ class Child:
         self._errors.seek(0)
         words = self._errors.read().decode("utf-8", "replace").strip().splitlines()[-1:]
         self._errors.close()
-        if code is None:
-            how = "its process did not answer"
-        else:
-            how = (
-                f"its process was killed by {signal.Signals(-code).name}"
-                if code < 0
-                else f"its process exited with {code}"
-            )
-        return ": ".join([how, *words])
+        how = "did not answer" if code is None else f"exited with {code}"
+        if code is not None and code < 0:
+            how = f"was killed by {signal.Signals(-code).name}"
+        return ": ".join([f"its process {how}", *words])
 
     def _attempt(self, task: Task, limit: float, heard: Heard | None) -> Record:
         start, key = clock.monotonic(), task.trial.key

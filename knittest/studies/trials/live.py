@@ -135,11 +135,10 @@ class Overview(OnDisplay[_Lines]):
         known = f", {self._known} finished before" if self._known else ""
         of = " of at most " if self._at_most else "/"
         head = f"{ended}{of}{self._total} runs ({counts}{known}), {duration(spent)}{eta}"
-        running = [
-            f"{'compiling kernels, once per installation' if share is None else f'{100.0 * share:3.0f} %'}"
-            f"  {duration(now - began)}  {label}"
-            for label, share, began in self._running.values()
-        ]
+        running = []
+        for label, share, start in self._running.values():
+            state = "compiling kernels, once per installation" if share is None else f"{100.0 * share:3.0f} %"
+            running.append(f"{state}  {duration(now - start)}  {label}")
         self._safely(lambda display: display.draw(head, running, ended / max(self._total, 1)))
 
 

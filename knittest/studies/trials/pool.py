@@ -120,10 +120,8 @@ class DaskPool:
         from distributed import as_completed
 
         for trial in trials:
-            task = self._client.submit(
-                _run, trial, place(trial).resolve(), limit, options, self._threads, code_digest(), pure=False
-            )
-            self._futures[task] = trial
+            order = (trial, place(trial).resolve(), limit, options, self._threads, code_digest())
+            self._futures[self._client.submit(_run, *order, pure=False)] = trial
         with self._client.as_current():
             completed = as_completed(list(self._futures), raise_errors=False)
         try:
@@ -159,10 +157,8 @@ class DaskPool:
         raise ResourceError(f"--dask {self._address}: a worker failed: {type(error).__name__}: {error}")
 
     def _lost(self, why: object) -> ResourceError:
-        return ResourceError(
-            f"--dask {self._address}: the scheduler is lost ({why}); finished runs are kept; run the same command "
-            "again to resume"
-        )
+        remedy = "finished runs are kept; run the same command again to resume"
+        return ResourceError(f"--dask {self._address}: the scheduler is lost ({why}); {remedy}")
 
 
 def _connected(address: str) -> "Client":

@@ -55,10 +55,7 @@ def trial_of(run: Run, label: str = "") -> Trial:
     a run with ``output.verify``, because a trial is one run.
     """
     if run.output.verify:
-        raise InputError(
-            "output.verify: runs of a study are not repeated to estimate their numerical error; remove it, and use "
-            "--verify with the command of the test"
-        )
+        raise InputError("output.verify: a study does not estimate the numerical error of its runs; remove it")
     config = run.model_dump(mode="json")
     for path in FREE:
         *holders, name = path.split(".")

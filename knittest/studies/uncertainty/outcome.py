@@ -180,15 +180,11 @@ def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableR
         share += f" did not reach their full end; {ends.total()} of these count to a shorter end ({counts}), the others"
     found = [f"{share} have no valid result: bands and shares cover only the part of the prior with results"]
     if uneven := _uneven(variables, lambda one: one.at):
-        found.append(
-            f"bands of {', '.join(uneven)} have different points for each fabric: compare fabrics by ratios and "
-            "statements, which use the points of both"
-        )
+        remedy = "compare fabrics by ratios and statements, which use the points of both"
+        found.append(f"bands of {', '.join(uneven)} have different points for each fabric: {remedy}")
     if uneven := _uneven(variables, lambda one: one.who):
-        found.append(
-            f"bands of {', '.join(uneven)} have different points at each place: a band of few points covers only the "
-            "part of the prior that reached its place"
-        )
+        few = "a band of few points covers only the part of the prior that reached its place"
+        found.append(f"bands of {', '.join(uneven)} have different points at each place: {few}")
     return found
 
 

@@ -192,14 +192,10 @@ def _statements(found: Uncertainty) -> list[Block]:
 
 
 def _bands(found: Uncertainty) -> list[Block]:
-    rows = [
-        (
-            Cell(one.name),
-            *(_percentile(one, k) for k in range(3)),
-            Cell(points_text(one), tone="warn" if one.count < one.points else ""),
-        )
-        for one in found.variables
-    ]
+    rows = []
+    for one in found.variables:
+        points = Cell(points_text(one), tone="warn" if one.count < one.points else "")
+        rows.append((Cell(one.name), *(_percentile(one, k) for k in range(3)), points))
     header = ("quantity", "5 %", "50 %", "95 %", "points")
     return [Table("Percentiles over the prior", header, rows, (1, 2, 3)), Text(BANDS)]
 
@@ -223,10 +219,8 @@ def _indices(found: Uncertainty) -> list[Block]:
         for one in some:
             r2 = "" if one.explained is None else f" (R2 {one.explained:.2f})"
             notes = ["" if i.total is None else f"total {index_text(i.total, i.total_interval)}" for i in one.indices]
-            cells = [
-                Cell(index_text(i.first, i.first_interval), i.first, note=note)
-                for i, note in zip(one.indices, notes, strict=True)
-            ]
+            texts = [(i.first, index_text(i.first, i.first_interval)) for i in one.indices]
+            cells = [Cell(text, value, note=note) for (value, text), note in zip(texts, notes, strict=True)]
             columns.append(Column(one.name + (r2 or (" (log)" if one.log else "")), cells, numeric=True))
         ranks = some[0].explained is not None
         blocks += wide(
@@ -277,10 +271,8 @@ def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
         unit = f" [{found.shorter_unit}]" if found.shorter_unit else ""
         naming.append(Column(f"counts to{unit}", [_counting(folder, at, one) for one in shown]))
     names: Sequence[str] = list(dict.fromkeys(name for one in shown for name in one.values))
-    columns = [
-        Column(short(n), [parts.number_cell(one.values.get(n), form="{:.4g}") for one in shown], numeric=True)
-        for n in names
-    ]
+    cells = {name: [parts.number_cell(one.values.get(name), form="{:.4g}") for one in shown] for name in names}
+    columns = [Column(short(name), numbers, numeric=True) for name, numbers in cells.items()]
     more = f", the first {MOST_LOST}; {parts.TABLE} has all" if len(found.lost) > MOST_LOST else ""
     return wide(f"Runs that lack a result: {len(found.lost)}{more}", naming, columns)
 

@@ -40,9 +40,8 @@ def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Doc
     more = [name for name in found if not any(tuple(name.split("."))[: len(one)] == one for one in allowed)]
     if more:
         name = more[0]
-        shown_values = ", ".join(
-            f"{fabric} {shown(value, 30)}" for fabric, value in zip(runs, found[name], strict=True)
-        )
+        pairs = zip(runs, found[name], strict=True)
+        shown_values = ", ".join(f"{fabric} {shown(value, 30)}" for fabric, value in pairs)
         others = f"; so do {', '.join(more[1:])}" if more[1:] else ""
         raise InputError(
             f"{document.where(('fabrics',))}: the fabrics differ in {name} ({shown_values}){others}: "
@@ -99,10 +98,9 @@ def _check_values(values: Sequence[float], ending: Ending, study: Uncertainty, w
     for end in values:
         cut = [at for at in places if end - ending.near < at <= end]
         if cut:
-            raise InputError(
-                f"{where}: {end:g} is within the range of the mean at {cut[0]:g}, which ends at "
-                f"{cut[0] + ending.near:g}: expected this value or more, such as {cut[0] + 2.0 * ending.near:g}"
-            )
+            least, such = cut[0] + ending.near, cut[0] + 2.0 * ending.near
+            why = f"{end:g} is within the range of the mean at {cut[0]:g}, which ends at {least:g}"
+            raise InputError(f"{where}: {why}: expected this value or more, such as {such:g}")
         if not any(at <= end for at in places) and not any(one.any_end for one in study.quantities.values()):
             first = f"the first place is {places[0]:g}" if places else "no quantity has places (at) or any_end: true"
             raise InputError(f"{where}: a run to {end:g} has none of the requested results: {first}")
@@ -186,9 +184,8 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     for case in cases.values():
         _check_ends(case, parameters)
     try:
-        middle = {
-            name: case.run(settings_at(parameters, [p.median for p in parameters])) for name, case in cases.items()
-        }
+        settings = settings_at(parameters, [one.median for one in parameters])
+        middle = {name: case.run(settings) for name, case in cases.items()}
     except InputError as error:
         raise InputError(f"{error} (at the medians of all priors, which do not fit together)") from None
     differences = check_differences(middle, study, document)
