@@ -71,11 +71,7 @@ def resume_command(folder: Path, options: RunOptions, force: bool = False) -> in
 
 
 def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[list[Outcome], list[int]]:
-    """Resume the run in ``folder``, or all runs that were planned in it; returns the outcomes, and the exit codes of
-    completed runs.
-
-    Raises :class:`InputError` if it is no run folder, no checkpoint is valid, or something changed, unless ``force``.
-    """
+    """Resume all runs in ``folder``; outcomes, and codes of completed runs. Raises :class:`InputError` on a change."""
     plans = [(folder / "config.yaml", folder)]
     if not plans[0][0].is_file():
         plans = [(plan, _planned_in(plan)) for plan in sorted(folder.glob("config-*.yaml"))]
@@ -170,7 +166,6 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
 
 
 def _report(outcomes: Sequence[Outcome], options: RunOptions) -> int:
-    """Print the outcomes as a table or as JSON; returns the exit code."""
     pages = {o.folder: str(page) if (page := page_of(o.folder)) else None for o in outcomes}
     if options.json:
         more = [{"folder": str(o.folder), "page": pages[o.folder], "curves": list(o.curves)} for o in outcomes]

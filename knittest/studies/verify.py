@@ -60,11 +60,7 @@ def finished(run: Run, folder: Path, against: Sequence[Path] = ()) -> Outcome:
 
 
 def verified(outcome: Outcome, options: RunOptions, interrupts: Interrupts) -> Outcome:
-    """Add numerical errors to ``outcome``, its summary and page, unless it failed a quality check.
-
-    Finished repeats in the folder are not run again. Raises :class:`Interrupted` and :class:`ResourceError` with the
-    folder.
-    """
+    """Add numerical errors to ``outcome``, its summary and page; a signal or a full disk raises with the folder."""
     if outcome.quality.failures:
         return outcome
     run = at_result_speed(outcome.run, _first(outcome))
@@ -107,10 +103,9 @@ def first_alone(run: Run) -> Run:
 
 def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, RepeatBlock]]:
     """Possible repeats by name, and their blocks in summary.json."""
-    alone = first_alone(run)
-    half = halving(alone)
+    half, name = halving(first_alone(run)), f"{run.rig.kind} {run.direction}".strip()
     value, other = (f"{number:g} {half.unit}".removesuffix(" -") for number in (half.value, 0.5 * half.value))
-    trials = {"half_speed": trial_of(half.half, f"{_name(run)}, {half.setting} {other}")}
+    trials = {"half_speed": trial_of(half.half, f"{name}, {half.setting} {other}")}
     notes: dict[str, RepeatBlock] = {"half_speed": {"setting": half.setting, "value": value, "other_value": other}}
     try:
         trials["mesh"], notes["mesh"] = _mesh(run, finer=False)
@@ -122,14 +117,10 @@ def _repeats(run: Run) -> tuple[dict[str, Trial], dict[str, RepeatBlock]]:
 def _mesh(run: Run, finer: bool) -> tuple[Trial, RepeatBlock]:
     """Repeat on another mesh, and its block in summary.json; raises :class:`InputError` if no mesh fits."""
     mesh = remeshing(first_alone(run), finer)
-    return trial_of(mesh.other, f"{_name(run)}, {mesh.setting} {mesh.other_value}"), {
+    return trial_of(mesh.other, f"{run.rig.kind} {run.direction}".strip() + f", {mesh.setting} {mesh.other_value}"), {
         "setting": mesh.setting, "value": mesh.value, "other_value": mesh.other_value, "ratio": mesh.ratio,
         "finer": mesh.finer,
     }  # fmt: skip
-
-
-def _name(run: Run) -> str:
-    return " ".join(part for part in (run.rig.kind, run.direction) if part)
 
 
 def _records(trials: list[Trial], outcome: Outcome, options: RunOptions) -> dict[str, Record]:
@@ -170,9 +161,8 @@ def _errors(run: Run, values: Numbers, repeats: Mapping[str, Repeat], mesh: Repe
     """
     known = CORRECTIONS[run.rig.kind]
     exact, rested = known.exact(run, values), known.rested(run, values)
-    half, other = (
-        replace(repeats[name], results=known.exact(run, repeats[name].results)) for name in ("half_speed", "mesh")
-    )
+    pair = (repeats["half_speed"], repeats["mesh"])
+    half, other = (replace(one, results=known.exact(run, one.results)) for one in pair)
     errors = numerical_errors(exact, half, other, mesh.get("ratio", 2.0), mesh.get("finer", False))
     for quantity, row in errors.items():
         value, there, later = values[quantity], exact[quantity], rested[quantity]

@@ -50,11 +50,7 @@ exec {command} --shard "${{SLURM_ARRAY_TASK_ID}}/{shares}"
 
 
 def write_script(sweep: Path, folder: Path, shares: int, runs: int, limit: float, each: tuple[int, int]) -> Path:
-    """Write the script for ``shares`` of ``runs`` of at most ``limit`` seconds into ``folder``; returns its path.
-
-    ``each`` is the number of processes of a share, and of threads of a process. Raises :class:`InputError` for more
-    shares than runs.
-    """
+    """Write a job array of ``shares``, ``each`` of processes and threads; raises :class:`InputError` for too many."""
     if shares > runs:
         raise InputError(f"--slurm {shares}: {sweep} has only {runs} runs; expected at most {runs} shares")
     workers, threads = each
@@ -93,7 +89,11 @@ def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -
     if plan.count > MANY and not agree(f"{path}: {plan.count:,} runs, more than {MANY:,}"):
         raise InputError(f"{path}: {plan.count:,} runs, more than {MANY:,}: confirm with --yes or reduce the sweep")
     rows, limit = plan.rows(), plan.sweep.time_limit
-    mine = _share([row.trial for row in rows if row.trial], options.shard)
+    distinct = {row.trial.key: row.trial for row in rows if row.trial}
+    mine = list(distinct.values())
+    if options.shard is not None:  # every n-th by key, which spreads long runs evenly
+        number, of = options.shard
+        mine = [distinct[key] for key in sorted(distinct)[number - 1 :: of]]
     pool = None if options.slurm is not None else _pool(options)
     out = options.out or Path("runs") / f"batch-{slug(path.stem)}"
     folder = study_folder(out, SWEEP, path.read_bytes(), "batch")
@@ -108,15 +108,6 @@ def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -
         run_shown(mine, folder, pool, limit=limit, quiet=options.quiet, ledger=ledger, options=keep)
         records = _write(plan, rows, folder, options)
     return Studied(folder, _report(rows, records, mine, folder, options))
-
-
-def _share(trials: Sequence[Trial], shard: tuple[int, int] | None) -> list[Trial]:
-    """Distinct trials of the shard: every n-th by key, which spreads long runs evenly."""
-    distinct = {trial.key: trial for trial in trials}
-    if shard is None:
-        return list(distinct.values())
-    number, of = shard
-    return [distinct[key] for key in sorted(distinct)[number - 1 :: of]]
 
 
 def _pool(options: BatchOptions) -> Pool:

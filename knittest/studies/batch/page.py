@@ -32,10 +32,7 @@ NULL = "null"
 
 
 def results_table(plan: Plan, rows: Sequence[Row], records: Mapping[str, Record]) -> "DataFrame":
-    """Table of all runs: number, status, reason, choices, swept values, results, comparison, quality, cost, folder.
-
-    Columns of swept fields have the field's dotted name, those of results their name in summary.json.
-    """
+    """Table of all runs; swept columns have the field's dotted name, results their name in summary.json."""
     import pandas as pd
 
     swept = [field.name for field in plan.swept]

@@ -18,7 +18,6 @@ from knittest.studies.trials.trial import OPEN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from pandas import DataFrame, Series
 
@@ -72,7 +71,14 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     lost = table[table[results].isna().all(axis=1) & (table["status"] != OPEN)]
     marks = _marks(groups, table, results, lost)
     columns = max(int(len(shown) * PANEL[0] / COLUMN), 1)
-    figure, grid = _panels(len(results), len(shown), -(-len(marks) // columns))
+    bottom = BOTTOM + ROW * -(-len(marks) // columns)
+    width, height = LEFT + len(shown) * PANEL[0] + RIGHT, TOP + len(results) * PANEL[1] + bottom
+    figure = new_figure(width, height)
+    grid = figure.subplots(len(results), len(shown), squeeze=False, sharex="col", sharey="row")
+    figure.subplots_adjust(
+        left=LEFT / width, right=1.0 - RIGHT / width, bottom=bottom / height, top=1.0 - TOP / height,
+        wspace=0.08, hspace=0.18,
+    )  # fmt: skip
     for column, field in enumerate(shown):
         scale = _scale(table[field.name], field)
         for row, result in enumerate(results):
@@ -81,7 +87,6 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     for row, result in enumerate(results):
         grid[row, 0].set_ylabel(textwrap.fill(LABELS[result][0], 24), fontsize=9)
     figure.align_ylabels(grid[:, 0])
-    width, height = figure.get_size_inches()
     figure.legend(
         handles=marks, loc="lower left", bbox_to_anchor=(LEFT / width, 0.08 / height), ncols=columns, frameon=False,
         fontsize=8.5, borderaxespad=0.0,
@@ -99,19 +104,6 @@ def shown_results(table: "DataFrame") -> list[str]:
 
     found = [name for name in LABELS if name in table and table[name].notna().any()]
     return [name for name in found if not (SIZED.get(name) in found and sizes_differ(name))]
-
-
-def _panels(high: int, wide: int, legend_rows: int) -> tuple["Figure", Any]:
-    """Figure with ``high`` x ``wide`` panels of one size and room for the legend, and the panels."""
-    bottom = BOTTOM + ROW * legend_rows
-    width, height = LEFT + wide * PANEL[0] + RIGHT, TOP + high * PANEL[1] + bottom
-    figure = new_figure(width, height)
-    grid = figure.subplots(high, wide, squeeze=False, sharex="col", sharey="row")
-    figure.subplots_adjust(
-        left=LEFT / width, right=1.0 - RIGHT / width, bottom=bottom / height, top=1.0 - TOP / height,
-        wspace=0.08, hspace=0.18,
-    )  # fmt: skip
-    return figure, grid
 
 
 def _groups(table: "DataFrame", fields: Sequence[Swept]) -> Iterator[_Group]:
@@ -194,7 +186,6 @@ def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> 
 
 
 def _marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> "list[Line2D]":
-    """Entries of the legend."""
     from matplotlib.lines import Line2D
 
     def mark(label: str, colour: str, **look: Any) -> Line2D:

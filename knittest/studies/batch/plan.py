@@ -34,10 +34,7 @@ DIRECTION: KeyPath = ("rig", "direction")
 
 @dataclass(frozen=True)
 class Axis:
-    """Axis of ``count`` points from ``make``, each a value for every field of ``paths``, stated at ``where``.
-
-    ``shown`` says whether the fields are columns of their own, ``chance`` whether the values are drawn.
-    """
+    """Axis of ``count`` points from ``make``, stated at ``where``; ``shown`` as columns, by ``chance`` if drawn."""
 
     paths: tuple[KeyPath, ...]
     count: int

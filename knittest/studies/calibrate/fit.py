@@ -73,11 +73,6 @@ def jacobian(evaluator: Evaluator, values: Point) -> Array:
     return np.stack(columns, axis=1)
 
 
-def fit(evaluator: Evaluator) -> None:
-    """Least squares from the start; raises :class:`NumericalError` if it has no result, or steps shrink to nothing."""
-    least_squares_from(evaluator, tuple(p.start for p in evaluator.problem.parameters))
-
-
 def search_and_fit(evaluator: Evaluator) -> None:
     """Differential evolution (Storn and Price, 1997) over the bounds with a part of the runs, then least squares."""
     parameters, calibration = evaluator.problem.parameters, evaluator.problem.calibration
@@ -104,12 +99,13 @@ def fit_best(evaluator: Evaluator) -> None:
     best = best_of(evaluator.problem.parameters, evaluator.history)
     if best is None:
         raise NumericalError(f"none of {len(evaluator.history)} points has a result: {evaluator.history[-1].reason}")
-    least_squares_from(evaluator, best.values)
+    fit(evaluator, best.values)
 
 
-def least_squares_from(evaluator: Evaluator, start: Point) -> None:
-    """Least squares from ``start``; raises as :func:`fit`."""
+def fit(evaluator: Evaluator, start: Point | None = None) -> None:
+    """Least squares from ``start``; raises :class:`NumericalError` if it has no result, or steps shrink to nothing."""
     parameters, tolerance = evaluator.problem.parameters, evaluator.problem.calibration.tolerance
+    start = start or tuple(p.start for p in parameters)
     first = evaluator.many([start])[0]
     if not first.good:
         raise NumericalError(f"the start has no result: {first.reason}")
@@ -199,15 +195,17 @@ class _Search:
 
 
 def find_root(evaluator: Evaluator) -> None:
-    """Evaluate points until the target is met within the tolerance; they are in the history of ``evaluator``.
-
-    Raises :class:`NumericalError` if the bounds do not enclose the target, the result jumps over it, or too many runs
-    inside the bounds have no result.
-    """
+    """Find the root; raises :class:`NumericalError` if it is not enclosed, jumped over, or among lost runs."""
     search = _Search(evaluator)
     low, high = (search.bound(end, first) for end, first in zip((0.0, 1.0), search.many([0.0, 1.0]), strict=True))
     if search.deviation(low) * search.deviation(high) > 0.0:
-        raise NumericalError(_not_enclosed(evaluator, search.good[low], search.good[high]))
+        parameter, (first, last) = evaluator.problem.parameters[0], (search.good[low], search.good[high])
+        ends = f"{first:+.3g} sd at {parameter.low:g}, {last:+.3g} sd at {parameter.high:g}"
+        if abs(last - first) < evaluator.problem.calibration.noise:
+            target = evaluator.problem.targets[0].label
+            raise NumericalError(f"{parameter.name} has no influence: {target} deviates by {ends}")
+        why = f"the bounds do not enclose the target, which deviates by {ends}"
+        raise NumericalError(f"{parameter.where}: {why}: widen the bounds")
     for _ in range(MOST_LOST):
         a, b = search.bracket()
         tried: list[float] = []
@@ -226,11 +224,3 @@ def find_root(evaluator: Evaluator) -> None:
         parameter = evaluator.problem.parameters[0]
         raise NumericalError(f"the result jumps over the target at {parameter.name} = {parameter.value(root):.5g}")
     raise NumericalError(f"{MOST_LOST} runs between the bounds have no result")
-
-
-def _not_enclosed(evaluator: Evaluator, at_low: float, at_high: float) -> str:
-    parameter = evaluator.problem.parameters[0]
-    ends = f"{at_low:+.3g} sd at {parameter.low:g}, {at_high:+.3g} sd at {parameter.high:g}"
-    if abs(at_high - at_low) < evaluator.problem.calibration.noise:
-        return f"{parameter.name} has no influence: {evaluator.problem.targets[0].label} deviates by {ends}"
-    return f"{parameter.where}: the bounds do not enclose the target, which deviates by {ends}: widen the bounds"

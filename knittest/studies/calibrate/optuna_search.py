@@ -24,7 +24,6 @@ from knittest.studies.trials.trial import code_digest
 
 if TYPE_CHECKING:
     from optuna import Study
-    from optuna.samplers import TPESampler
     from optuna.storages import RDBStorage
     from optuna.trial import FrozenTrial, Trial
     from sqlalchemy import URL
@@ -87,8 +86,12 @@ def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study"
     """Open the study of ``problem`` in ``folder``, a new one for other code; raises :class:`ResourceError`."""
     import optuna
 
+    calibration = problem.calibration.model_dump(mode="json", exclude=FREE)
+    runs = [case.run().model_dump(mode="json") for case in problem.cases]
+    content = [calibration, runs, code_digest(), socket.gethostname(), str(folder.resolve())]
+    text = json.dumps(json_ready(content), sort_keys=True)
     with readable(shown_url(storage)):
-        name = _name(problem, folder)
+        name = f"{problem.name}-{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]}"
         return optuna.create_study(storage=storage, study_name=name, direction="minimize", load_if_exists=True)
 
 
@@ -113,14 +116,6 @@ def without_password_of_storage(text: str, storage: str | None) -> str:
         lines = "\n" * text.count("\n", begin, end)  # the rest keeps its lines
         text = f"{text[:begin]}{json.dumps(without_passwords(storage))}{lines}{text[end:]}"
     return without_passwords(text)
-
-
-def _name(problem: Problem, folder: Path) -> str:
-    calibration = problem.calibration.model_dump(mode="json", exclude=FREE)
-    runs = [case.run().model_dump(mode="json") for case in problem.cases]
-    content = [calibration, runs, code_digest(), socket.gethostname(), str(folder.resolve())]
-    text = json.dumps(json_ready(content), sort_keys=True)
-    return f"{problem.name}-{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]}"
 
 
 def _reach(url: "URL", shown: str) -> None:
@@ -191,23 +186,19 @@ def _replay(evaluator: Evaluator, study: "Study", known: Sequence["FrozenTrial"]
 
 def _asked(evaluator: Evaluator, study: "Study", number: int) -> "Trial":
     """Ask for a new trial; its random values depend on its ``number`` and the seed alone."""
+    from optuna.exceptions import ExperimentalWarning
+    from optuna.samplers import TPESampler
+
     calibration, parameters = evaluator.problem.calibration, evaluator.problem.parameters
-    study.sampler = _sampler(AT_RANDOM * len(parameters), [calibration.seed, number])
+    seed = int(np.random.SeedSequence([calibration.seed, number]).generate_state(1)[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExperimentalWarning)
+        # running points count as bad ones (constant liar), so that parallel points spread
+        study.sampler = TPESampler(n_startup_trials=AT_RANDOM * len(parameters), constant_liar=True, seed=seed)
     trial = study.ask()
     for p in parameters:
         trial.suggest_float(p.name, p.low, p.high, log=p.log)
     return trial
-
-
-def _sampler(at_random: int, seeds: Sequence[int]) -> "TPESampler":
-    """Make a sampler that takes running points for bad ones, so that parallel points spread."""
-    from optuna.exceptions import ExperimentalWarning
-    from optuna.samplers import TPESampler
-
-    seed = int(np.random.SeedSequence(seeds).generate_state(1)[0])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExperimentalWarning)
-        return TPESampler(n_startup_trials=at_random, constant_liar=True, seed=seed)
 
 
 def _point(evaluator: Evaluator, values: Mapping[str, float]) -> Point:

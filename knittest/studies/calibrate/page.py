@@ -54,7 +54,6 @@ def write_configs(outcome: Outcome, folder: Path) -> list[Path]:
 
 
 def _fabric(outcome: Outcome, run: Run, folder: Path) -> dict[str, Any]:
-    """Fields of the fabric of ``run`` with the tuned quantities and their provenance."""
     data: dict[str, Any] = run.fabric.model_dump(mode="json", exclude_none=True)
     before = outcome.problem.cases[0].run().fabric
     for k, parameter in enumerate(outcome.problem.parameters):

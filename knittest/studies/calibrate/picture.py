@@ -21,10 +21,7 @@ LEGEND_COLUMNS = 2
 
 
 def convergence_picture(outcome: Outcome, path: Path) -> None:
-    """Draw the deviation over the points of the search, and the response (one parameter) or the parameters (several).
-
-    Crosses are points without a result. Raises :class:`ResourceError`.
-    """
+    """Draw deviations, and response or parameters, over the search; raises :class:`ResourceError`."""
     more = 0.2 * ((len(outcome.problem.parameters) - 1) // LEGEND_COLUMNS)  # inches for further rows of the legend
     height = 4.6 + more
     figure = new_figure(10.0, height)

@@ -2,7 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -83,14 +85,9 @@ def _start(one: file.Parameter, here: Quantity | float | None) -> float:
 
 def current(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
     """Number at ``path`` in the first run that has it; ``None`` for anything but a number."""
-    for run in runs:
-        if place(path, run.rig.kind) is None:
-            continue
-        value: object = run
-        for part in path:
-            value = getattr(value, str(part), None)
-        return value if isinstance(value, Quantity | int | float) else None
-    return None
+    run: Any = next((run for run in runs if place(path, run.rig.kind) is not None), None)
+    value = reduce(lambda found, part: getattr(found, str(part), None), path, run)
+    return value if isinstance(value, Quantity | int | float) else None
 
 
 @dataclass(frozen=True)

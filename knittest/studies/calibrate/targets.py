@@ -125,7 +125,6 @@ def _number(one: file.Target, run: Run, where: str) -> Number:
 
 
 def _row(quantity: str, run: Run, where: str) -> PublishedValue:
-    """Row of the table, for the size of the strip in ``run``."""
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
         raise InputError(f"{where}: quantity = {quantity}: {fabric.name} names no experiment: add value and sd")

@@ -162,7 +162,13 @@ def write_card(card: Card, folder: Path, command: str) -> Path:
     run = next(iter(card.tests.values())).run
     kind = f"# kind: simulated\n# fabric: {_name(run)}\n"
     for direction, (strain, force) in card.tension.items():
-        head = kind + _tension_head(card, direction, strain, force)
+        pulled_run = card.tests[Piece("tensile", direction)].run
+        lines = [f"source: {_source(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}"]
+        if isinstance(pulled_run, TensileRun):
+            lines.append(f"strip_width_mm: {width(pulled_run):.6g}")
+            lines.append(f"gauge_length_mm: {pulled_run.rig.gauge_length:g}")
+        lines += [f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}"]
+        head = kind + "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
         write_atomic(data / f"tension-{direction}.csv", head + _rows(strain, force))
     head = f"{kind}# source: {_source(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
     write_atomic(data / "shear.csv", head + _rows(*card.shear))
@@ -206,16 +212,6 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     if data.get("experiment"):
         data["experiment"] = kept_beside(data["experiment"], folder, "experiment")
     return data
-
-
-def _tension_head(card: Card, direction: Direction, strain: Array, force: Array) -> str:
-    """Source and conditions of a tension curve, its end, and the names of its columns."""
-    run = card.tests[Piece("tensile", direction)].run
-    lines = [f"source: {_source(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}"]
-    if isinstance(run, TensileRun):
-        lines += [f"strip_width_mm: {width(run):.6g}", f"gauge_length_mm: {run.rig.gauge_length:g}"]
-    lines += [f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}"]
-    return "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
 
 
 def _derived(value: float, ref: str) -> dict[str, Any]:

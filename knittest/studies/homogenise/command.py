@@ -2,9 +2,7 @@
 picture of both.
 """
 
-import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,8 +23,8 @@ from knittest.studies.homogenise.card import FABRIC, Card, Tested
 from knittest.studies.homogenise.check import ANGLES, TOLERANCE, Row, compared
 from knittest.studies.homogenise.plan import PIECES, Piece, Request, cell_run, cell_shell_run, shell_run, yarn_run
 from knittest.studies.trials.figure import panel
-from knittest.studies.trials.pool import LocalPool, Pool
-from knittest.studies.trials.runner import RESUME, Studied, StudyOptions, TrialRunner, resumable, study_folder
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.runner import RESUME, TRIALS, Studied, StudyOptions, resumable, run_shown, study_folder
 from knittest.studies.trials.trial import Record, code_digest, looser_note, trial_of
 
 if TYPE_CHECKING:
@@ -170,7 +168,6 @@ def _curves(axes: "Axes", piece: Piece, yarns: Tested, shells: Tested) -> None:
 
 
 def _bent(axes: "Axes", pairs: Pairs) -> None:
-    """Draw the bending stiffness by direction as a pair of bars."""
     axes.grid(False, axis="x")
     for k, (yarns, shells) in enumerate(pairs.values()):
         for test, shift, colour in ((yarns, -0.17, BLUE), (shells, 0.17, ORANGE)):
@@ -201,7 +198,6 @@ def run_homogenisation(request: Request, options: HomogeniseOptions, command: st
     """
     cell = request.source == "cell"
     runs = {piece: (cell_run if cell else yarn_run)(request, piece) for piece in PIECES}
-    pool = LocalPool(options.workers, options.threads)
     first = runs[PIECES[0]]
     name = f"{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
     name = f"homogenise{'-cell' if cell else ''}-{name}"
@@ -210,7 +206,7 @@ def run_homogenisation(request: Request, options: HomogeniseOptions, command: st
     with resumable():
         for name in (FABRIC, RESULT, PICTURE):  # of an earlier card
             (folder / name).unlink(missing_ok=True)
-        pairs = _work(runs, pool, folder, options, outcome)
+        pairs = _work(runs, folder, options, outcome)
         if pairs:
             homogenise_picture(outcome, pairs, folder / PICTURE)
         write_atomic(folder / RESULT, json_text(as_data(outcome)))
@@ -224,48 +220,43 @@ def run_homogenisation(request: Request, options: HomogeniseOptions, command: st
     return Studied(folder, 0 if outcome.within else error.exit_code)
 
 
-def _work(runs: dict[Piece, Run], pool: Pool, folder: Path, options: HomogeniseOptions, outcome: Outcome) -> Pairs:
+def _work(runs: dict[Piece, Run], folder: Path, options: HomogeniseOptions, outcome: Outcome) -> Pairs:
     """Run both scales and fill ``outcome``; the finished tests of both, by piece, empty if there is no card."""
     cell = isinstance(outcome.run, CellRun)
-    with TrialRunner(folder, pool, limit=options.time_limit) as runner:
-        try:
-            yarns = _tests(runs, runner, "cell" if cell else "yarns", options, outcome)
-            outcome.card = made = cards.card_of(yarns)
-            card, last = cards.write_card(made, folder, outcome.command), float(made.shear[0][-1])
-            macro = {
-                piece: cell_shell_run(piece, run, card, last, made.bending) if cell
-                else shell_run(piece, run, card, last)
-                for piece, run in runs.items()
-            }  # fmt: skip
-            shells = _tests(macro, runner, "shells", options, outcome)
-        except (NumericalError, InputError) as error:
-            (folder / FABRIC).unlink(missing_ok=True)
-            outcome.card, outcome.failure = None, str(error)
-            return {}
+    try:
+        yarns = _tests(runs, "cell" if cell else "yarns", folder, options, outcome)
+        outcome.card = made = cards.card_of(yarns)
+        card, last = cards.write_card(made, folder, outcome.command), float(made.shear[0][-1])
+        macro = {
+            p: cell_shell_run(p, run, card, last, made.bending) if cell else shell_run(p, run, card, last)
+            for p, run in runs.items()
+        }
+        shells = _tests(macro, "shells", folder, options, outcome)
+    except (NumericalError, InputError) as error:
+        (folder / FABRIC).unlink(missing_ok=True)
+        outcome.card, outcome.failure = None, str(error)
+        return {}
     pairs = {piece: (yarns[piece], shells[piece]) for piece in runs}
     outcome.rows = [row for piece, pair in pairs.items() for row in compared(piece, *pair)]
     return pairs
 
 
 def _tests(
-    runs: dict[Piece, Run], runner: TrialRunner, scale: str, options: HomogeniseOptions, outcome: Outcome
+    runs: dict[Piece, Run], scale: str, folder: Path, options: HomogeniseOptions, outcome: Outcome
 ) -> dict[Piece, Tested]:
     """Finished tests of one scale, run or from the ledger; raises :class:`NumericalError` if one has no result."""
     trials = {piece: trial_of(run, f"{piece.name}, {SCALES[scale]}") for piece, run in runs.items()}
     pieces = {trial.key: piece for piece, trial in trials.items()}
-    records = {}
-    for record in runner.run(list(trials.values())):
-        piece = pieces[record.key]
-        records[piece] = record
-        outcome.ended.append(Ended(scale, piece.name, record))
-        if not options.quiet:
-            reason = f": {record.reason}" if record.reason else ""
-            with suppress(OSError):
-                text = f"{trials[piece].label}: {record.status}{reason} ({record.seconds:.1f} s)"
-                print(text, file=sys.stderr, flush=True)
+
+    def note(record: Record) -> None:
+        outcome.ended.append(Ended(scale, pieces[record.key].name, record))
         if record.status == "blocked":
             raise ResourceError(f"{record.reason}; {RESUME}")
-    lost = [f"{piece.name} {r.status}: {r.reason}" for piece, r in records.items() if r.status != "completed"]
-    if lost:
+
+    pool = LocalPool(options.workers, options.threads)
+    limit, quiet = options.time_limit, options.quiet
+    records = run_shown(list(trials.values()), folder, pool, limit=limit, quiet=quiet, check=note)
+    ended = [(piece, records[trial.key]) for piece, trial in trials.items()]
+    if lost := [f"{piece.name} {r.status}: {r.reason}" for piece, r in ended if r.status != "completed"]:
         raise NumericalError(f"{SCALES[scale]}: {'; '.join(lost)}")
-    return {p: Tested(runs[p], runner.place(trials[p]), records[p].results, trials[p].key) for p in runs}
+    return {piece: Tested(runs[piece], folder / TRIALS / r.key, r.results, r.key) for piece, r in ended}

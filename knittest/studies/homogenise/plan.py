@@ -91,10 +91,7 @@ def hanging(stiffness: float, run: CantileverRun) -> float:
 
 
 def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
-    """Macro run of ``piece`` with the fabric file ``card``, of the size of the meso run ``yarns``.
-
-    A frame is sheared to ``last_angle`` [deg] at most, where its law ends. Raises :class:`InputError`.
-    """
+    """Macro run of ``piece`` with the file ``card``, of the size of ``yarns``; a frame up to ``last_angle`` [deg]."""
     settings = list[Setting]()
     if isinstance(yarns, TensileRun):
         settings = [own("rig.gauge_length", yarns.rig.gauge_length)]
@@ -175,11 +172,7 @@ def cell_run(request: Request, piece: Piece) -> Run:
 
 
 def cell_shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float]) -> Run:
-    """Macro run of ``piece`` of the usual size, a strip as wide as its whole yarns.
-
-    A frame is sheared to ``last_angle`` [deg], where its law ends. The overhang of a cantilever follows from its
-    ``stiffness`` [N mm] by direction.
-    """
+    """Macro run of ``piece`` of usual size; ``last_angle`` [deg] ends frames, ``stiffness`` [N mm] sets overhangs."""
     if piece.kind == "picture-frame":
         return on_shells(piece, yarns, card, [own("rig.max_angle", floor(10.0 * last_angle) / 10.0)])
     whole = own("rig.width", width(on_shells(piece, yarns, card, [])))
@@ -193,7 +186,6 @@ def cell_shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float, stif
 
 
 def _path(piece: Piece) -> dict[str, object]:
-    """Fields of the path for ``piece``."""
     if piece.kind == "tensile":
         return {"rig.path": piece.direction, "rig.torn": "ends"}
     if piece.kind == "cantilever":

@@ -281,7 +281,6 @@ def _yarns(fabric: Fabric) -> dict[str, Any]:
 
 
 def _digest(fabric: Fabric) -> str:
-    """Digest of the numbers of the yarns of ``fabric``."""
     numbers = sorted((name, str(value)) for name, value in leaves(_yarns(fabric)))
     return hashlib.sha256(json.dumps(numbers).encode()).hexdigest()[:DIGITS]
 

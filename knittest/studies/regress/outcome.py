@@ -167,7 +167,6 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
 
 
 def _wider(drifts: list[Drift]) -> Iterator[str]:
-    """Lines on the wider limits of runs that amplify rounding."""
     for drift in drifts:
         if drift.entry is None:
             continue

@@ -40,16 +40,6 @@ def wider(case: Case, old: Entry, new: Entry) -> Wider:
     return {name: (was, now) for name, (was, now) in pairs.items() if now is None or now > (1.0 + GROWTH) * was}
 
 
-def accepting(case: Case, old: Entry | None, new: Entry, accepted: Mapping[str, object]) -> Entry:
-    """Add to ``new`` the limits for later updates: those of ``old`` except the ``accepted`` ones."""
-    if new.runs == 1:
-        return new
-    before = {**limits_of(case, old), **old.accepted} if old and old.runs > 1 else {}
-    limits = limits_of(case, new)
-    kept = {k: rounded(now if k in accepted else before.get(k, now)) for k, now in limits.items()}
-    return new.model_copy(update={"accepted": kept})
-
-
 def limits_text(case: Case, changed: Wider) -> str:
     """Limits ``changed`` as text."""
 
@@ -97,11 +87,7 @@ def update_of(
     trials: Mapping[Case, Trial], others: Mapping[Case, Sequence[Trial]], records: Mapping[str, Record], place: Place,
     before: Mapping[str, Entry], accept: Collection[str],
 ) -> Update:  # fmt: skip
-    """Entries of completed ``trials``, with the scatter of the ``others``, which round differently.
-
-    ``records`` are by key. An entry with wider limits than ``before`` is a problem, unless ``accept`` has the name of
-    its run. Raises :class:`InputError` if a curve is missing.
-    """
+    """Entries of completed ``trials`` with the scatter of ``others``; wider limits are a problem unless accepted."""
     update = Update()
     for case, trial in trials.items():
         if records[trial.key].status != "completed":
@@ -119,7 +105,12 @@ def update_of(
                 new = pooled(new, again, curves, kinds()[case.test].regression.crests)
             loosened = wider(case, old, new) if old else {}
             if not loosened or case.name in accept:
-                update.entries[case.name] = accepting(case, old, new, loosened)
+                if new.runs > 1:  # later updates are compared with the old limits except the accepted ones
+                    known = {**limits_of(case, old), **old.accepted} if old and old.runs > 1 else {}
+                    limits = limits_of(case, new).items()
+                    kept = {k: rounded(now if k in loosened else known.get(k, now)) for k, now in limits}
+                    new = new.model_copy(update={"accepted": kept})
+                update.entries[case.name] = new
                 update.lines.append(difference(case, old, new, loosened))
                 continue
             remedy = f"find the cause; if the change is right, accept it with --accept-wider {case.name}"

@@ -100,7 +100,7 @@ def run_ahead(run: Run, opened: Opened, progress: Progress) -> None:
         return
     left = [k for k in range(run.variability.specimens) if not opened.checkpoints.is_finished(k)]
     for numbers, threads in rounds(left, numba.get_num_threads()):
-        _Round(run, opened, progress).run(numbers, threads)
+        _run_round(run, opened, progress, numbers, threads)
 
 
 def rounds(left: Sequence[int], threads: int) -> list[tuple[Sequence[int], int]]:
@@ -116,40 +116,29 @@ def rounds(left: Sequence[int], threads: int) -> list[tuple[Sequence[int], int]]
     return [(numbers, each) for numbers, each in shares if len(numbers) > 1]
 
 
-class _Round:
-    """Specimens of one round and their progress."""
+def _run_round(run: Run, opened: Opened, progress: Progress, numbers: Sequence[int], threads: int) -> None:
+    """Run the specimens ``numbers``, as many at a time as this process has ``threads`` for."""
+    name, workers, lock = name_of(run), min(len(numbers), numba.get_num_threads() // threads), threading.Lock()
+    shares = {str(k): 0.0 for k in numbers}
 
-    def __init__(self, run: Run, opened: Opened, progress: Progress) -> None:
-        self._run, self._opened, self._progress = run, opened, progress
-        self._shares: dict[str, float] = {}
-        self._lock = threading.Lock()
+    def show(trial: Trial, share: float | None) -> None:
+        with lock:
+            shares[trial.key] = share or 0.0
+            progress.update(sum(shares.values()) / len(shares), math.nan, math.nan, math.nan)
 
-    def run(self, numbers: Sequence[int], threads: int) -> None:
-        """Run the specimens ``numbers``, as many at a time as this process has ``threads`` for."""
-        run, name, workers = self._run, name_of(self._run), min(len(numbers), numba.get_num_threads() // threads)
-        compiled(run, lambda text: self._progress.phase(f"{name}: {text}"), threads)
-        text = f"{name}: running {len(numbers)} specimens of {run.variability.specimens}, {workers} at a time"
-        self._progress.phase(text, until_failure=TESTS[run.rig.kind].ends_at_failure)
-        trials = [Trial(run, str(k), specimen_name(run, k), specimen=k) for k in numbers]
-        self._shares = {trial.key: 0.0 for trial in trials}
-        pool = LocalPool(workers, threads, self._note, (self._opened.folder.lock,))
-        try:
-            for record in pool.run(trials, lambda _: self._opened.folder.path, FOREVER, RunOptions(), self._watch):
-                raise_what_ended(record, specimen_name(run, int(record.key)))
-                self._show(record.key, 1.0)
-        finally:
-            pool.close()
-
-    def _watch(self, trial: Trial, share: float | None) -> None:
-        self._show(trial.key, share or 0.0)
-
-    def _show(self, key: str, share: float) -> None:
-        with self._lock:
-            self._shares[key] = share
-            self._progress.update(sum(self._shares.values()) / len(self._shares), math.nan, math.nan, math.nan)
-
-    def _note(self, trial: Trial, event: str, fields: dict[str, object]) -> None:
-        """Log the lines and messages of the process of ``trial``, and show its messages."""
-        with self._lock:
-            self._opened.folder.log(event, **{"number": trial.specimen} | fields)
+    def note(trial: Trial, event: str, fields: dict[str, object]) -> None:
+        with lock:
+            opened.folder.log(event, **{"number": trial.specimen} | fields)
         _relay(trial, event, fields)
+
+    compiled(run, lambda text: progress.phase(f"{name}: {text}"), threads)
+    text = f"{name}: running {len(numbers)} specimens of {run.variability.specimens}, {workers} at a time"
+    progress.phase(text, until_failure=TESTS[run.rig.kind].ends_at_failure)
+    trials = {str(k): Trial(run, str(k), specimen_name(run, k), specimen=k) for k in numbers}
+    pool = LocalPool(workers, threads, note, (opened.folder.lock,))
+    try:
+        for record in pool.run(list(trials.values()), lambda _: opened.folder.path, FOREVER, RunOptions(), show):
+            raise_what_ended(record, trials[record.key].label)
+            show(trials[record.key], 1.0)
+    finally:
+        pool.close()

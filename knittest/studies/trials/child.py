@@ -51,12 +51,6 @@ class Child:
         self._stopped = self._greeted = False
         self._lock = threading.Lock()  # so that no process begins after the stop
 
-    @property
-    def pid(self) -> int | None:
-        """Process id, while there is a process."""
-        process = self._process
-        return None if process is None else process.pid
-
     def run(self, trial: Trial, folder: Path, limit: float, options: RunOptions, heard: Heard | None = None) -> Record:
         """Run ``trial`` in ``limit`` [s], again if its process dies; raises :class:`ResourceError` for changed code."""
         earlier: list[str] = []

@@ -112,11 +112,7 @@ class DaskPool:
     def run(
         self, trials: Sequence[Trial], place: Place, limit: float, options: RunOptions, watch: Watch
     ) -> Iterator[Record]:
-        """See :meth:`Pool.run`; a trial whose worker is lost goes to another one.
-
-        Raises :class:`InputError` if a worker has other code or does not see the folder, :class:`ResourceError` if the
-        scheduler is lost.
-        """
+        """See :meth:`Pool.run`; raises :class:`InputError` for unfit workers, :class:`ResourceError` after a loss."""
         from distributed import as_completed
 
         for trial in trials:

@@ -153,17 +153,6 @@ class Record:
         """Tell whether a repeated run of ``limit`` seconds would end the same way; more time may help."""
         return self.settled or (self.status == "timeout" and limit <= (self.limit or 0.0))
 
-    def to_dict(self) -> dict[str, object]:
-        """Record as plain data."""
-        return asdict(self) | {"summary": self.summary or {}}
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Self:
-        """The record of :meth:`to_dict`; raises ``TypeError`` or ``ValueError`` for anything else."""
-        if data.get("status") not in MEANING or not isinstance(data.get("summary"), dict):
-            raise ValueError("not a record")
-        return cls(**{**data, "summary": data["summary"] or None, "earlier": tuple(data["earlier"])})
-
 
 def record_of(key: str, summary: Summary, seconds: float = 0.0) -> Record:
     """Record of a run that ended and wrote ``summary``."""
@@ -200,20 +189,16 @@ class TrialFolder:
             with suppress(InputError):  # another processor or library, or a damaged manifest
                 return StoppedRun(self.path).open(run, interrupts)
         if self.path.exists():
-            _clear(self.path)
+            lock = RunLock(self.path)
+            try:
+                for entry in self.path.iterdir():
+                    if entry != lock.path:
+                        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+            except OSError as error:
+                raise resource_error(self.path, error) from error
+            finally:
+                lock.release()
         return NewFolder(self.path).open(run, interrupts)
-
-
-def _clear(path: Path) -> None:
-    lock = RunLock(path)
-    try:
-        for entry in path.iterdir():
-            if entry != lock.path:
-                shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
-    except OSError as error:
-        raise resource_error(path, error) from error
-    finally:
-        lock.release()
 
 
 PATTERN = "ledger*.jsonl"
@@ -242,7 +227,7 @@ class Ledger:
         try:
             size = self._stream.seek(0, os.SEEK_END)
             torn = size > 0 and os.pread(self._stream.fileno(), 1, size - 1) != b"\n"
-            data = json_ready(record.to_dict())
+            data = json_ready(asdict(record) | {"summary": record.summary or {}})
             line = json.dumps({**data, DIGEST: _digest(data)}, allow_nan=False).encode() + b"\n"
             self._stream.write(b"\n" * torn + line)
             self._stream.flush()
@@ -278,7 +263,9 @@ def read_ledgers(folder: Path, tell: Callable[[str], None]) -> dict[str, Record]
 def _parse_record(line: bytes) -> Record | None:
     try:
         data = json.loads(line)
-        return Record.from_dict(data) if data.pop(DIGEST) == _digest(data) else None
+        if data.pop(DIGEST) != _digest(data) or data["status"] not in MEANING or not isinstance(data["summary"], dict):
+            return None
+        return Record(**{**data, "summary": data["summary"] or None, "earlier": tuple(data["earlier"])})
     except (ValueError, TypeError, KeyError, AttributeError):
         return None
 

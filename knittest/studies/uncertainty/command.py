@@ -36,24 +36,18 @@ def run_uncertainty(path: Path, options: StudyOptions) -> Studied:
     runs = planned(problem)
     study_folder(folder, COPY, path.read_bytes(), "study of uncertainty")
     with resumable(lambda: _write(problem, runs, folder)):
-        runs = _run_all(problem, runs, folder, options)
+        asked = set[str]()  # first runs to their full ends, then failed ones to shorter ends
+        check: Callable[[Record], None] | None = partial(check_first, problem)
+        while trials := [one.last.trial for one in runs if one.last.trial and one.last.key not in asked]:
+            pool = LocalPool(options.workers or problem.study.workers, 1)
+            run_shown(trials, folder, pool, limit=problem.study.time_limit, quiet=options.quiet, check=check)
+            asked |= {trial.key for trial in trials}
+            runs, check = gone_on(problem, runs, read_ledgers(folder, lambda text: None)), None
         found = _write(problem, runs, folder)
     if not options.quiet:
         for line in [*report_lines(found), f"table, pictures and page: {folder / TABLE}, *.png, {FILE}"]:
             print(line)
     return Studied(folder, NumericalError.exit_code if found.lost else 0)
-
-
-def _run_all(problem: Problem, runs: list[Planned], folder: Path, options: StudyOptions) -> list[Planned]:
-    """Run all ``runs`` to their full ends, then failed ones to shorter ends; returns them with all attempts."""
-    asked = set[str]()
-    check: Callable[[Record], None] | None = partial(check_first, problem)
-    while trials := [one.last.trial for one in runs if one.last.trial and one.last.trial.key not in asked]:
-        pool = LocalPool(options.workers or problem.study.workers, 1)
-        run_shown(trials, folder, pool, limit=problem.study.time_limit, quiet=options.quiet, check=check)
-        asked |= {trial.key for trial in trials}
-        runs, check = gone_on(problem, runs, read_ledgers(folder, lambda text: None)), None
-    return runs
 
 
 def _check_unchanged(document: Document, study: Study, before: Path) -> None:

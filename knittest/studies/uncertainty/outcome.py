@@ -1,7 +1,7 @@
 """Outcome of a study, as in uncertainty.json: bands, indices, shares, and runs that lack a result."""
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,6 +171,13 @@ def lost_row(one: Planned, problem: Problem, records: Mapping[str, Record], numb
 
 def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow], unit: str) -> list[str]:
     """Warnings on runs that are lost or end sooner, with ends in ``unit``, and on bands of unequal points."""
+
+    def uneven(alike: str) -> list[str]:
+        counts: dict[tuple[str, object], set[int]] = {}
+        for one in variables:
+            counts.setdefault((one.quantity, getattr(one, alike)), set()).add(one.count)
+        return list(dict.fromkeys(name for (name, _), numbers in counts.items() if len(numbers) > 1))
+
     if not lost:
         return []
     share = f"{len(lost)} of {runs} runs ({100.0 * len(lost) / runs:.1f} %)"
@@ -179,21 +186,13 @@ def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableR
         counts = ", ".join(f"{ends[end]} to {end:g} {unit}".strip() for end in sorted(ends, reverse=True))
         share += f" did not reach their full end; {ends.total()} of these count to a shorter end ({counts}), the others"
     found = [f"{share} have no valid result: bands and shares cover only the part of the prior with results"]
-    if uneven := _uneven(variables, lambda one: one.at):
+    if names := uneven("at"):
         remedy = "compare fabrics by ratios and statements, which use the points of both"
-        found.append(f"bands of {', '.join(uneven)} have different points for each fabric: {remedy}")
-    if uneven := _uneven(variables, lambda one: one.who):
+        found.append(f"bands of {', '.join(names)} have different points for each fabric: {remedy}")
+    if names := uneven("who"):
         few = "a band of few points covers only the part of the prior that reached its place"
-        found.append(f"bands of {', '.join(uneven)} have different points at each place: {few}")
+        found.append(f"bands of {', '.join(names)} have different points at each place: {few}")
     return found
-
-
-def _uneven(variables: Sequence[VariableRow], alike: Callable[[VariableRow], object]) -> list[str]:
-    """Quantities whose variables with equal ``alike`` have different numbers of points."""
-    counts: dict[tuple[str, object], set[int]] = {}
-    for one in variables:
-        counts.setdefault((one.quantity, alike(one)), set()).add(one.count)
-    return list(dict.fromkeys(name for (name, _), numbers in counts.items() if len(numbers) > 1))
 
 
 #: largest half width of the interval of an index without a warning
@@ -277,8 +276,14 @@ def _index_rows(one: Variable, problem: Problem, values: Array) -> tuple[list[In
         found = estimates.rank_regression(drawn, values.ravel(), problem.study.seed)
         rows = zip(problem.parameters, found.coefficient.tolist(), found.interval.T.tolist(), strict=True)
         return [Index(parameter=p.name, first=c, first_interval=ends) for p, c, ends in rows], found.explained, ""
-    if why := _no_indices(values, one.log):
-        return [], None, why
+    if gone := int((~np.isfinite(values)).sum()):
+        return [], None, f"{gone} of {values.size} points of the design have no result"
+    if values.shape[1] < (least := estimates.LEAST_ROWS):
+        return [], None, f"samples = {values.shape[1]}: indices need at least {least}"
+    if one.log and values.min() <= 0.0:
+        return [], None, "spacing: log, but some values are 0 or less"
+    if not estimates.varies(values):
+        return [], None, "the quantity does not change over the prior"
     sobol = estimates.indices(np.log(values) if one.log else values, problem.study.seed)
     return [
         Index(
@@ -287,17 +292,6 @@ def _index_rows(one: Variable, problem: Problem, values: Array) -> tuple[list[In
         )
         for k, parameter in enumerate(problem.parameters)
     ], None, ""  # fmt: skip
-
-
-def _no_indices(values: Array, log: bool) -> str:
-    """Reason why ``values`` (d + 2, n) have no indices; empty if they have."""
-    if gone := int((~np.isfinite(values)).sum()):
-        return f"{gone} of {values.size} points of the design have no result"
-    if values.shape[1] < estimates.LEAST_ROWS:
-        return f"samples = {values.shape[1]}: indices need at least {estimates.LEAST_ROWS}"
-    if log and values.min() <= 0.0:
-        return "spacing: log, but some values are 0 or less"
-    return "" if estimates.varies(values) else "the quantity does not change over the prior"
 
 
 def _warnings(variables: Sequence[VariableRow]) -> list[str]:

@@ -20,11 +20,7 @@ from knittest.studies.uncertainty.variables import Numbers
 def write_table(
     problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record], numbers: Numbers, folder: Path
 ) -> None:
-    """Write results.csv: the place of each point in the design, its parameters and variables, and its runs.
-
-    A run has status and reason of its full end, and end and folder of the run that counts, which may end sooner. Raises
-    :class:`ResourceError`.
-    """
+    """Write results.csv: points of the design with parameters, variables and runs; raises :class:`ResourceError`."""
     import pandas as pd
 
     names = [one.name for one in problem.parameters]
@@ -58,7 +54,11 @@ def report_lines(found: Uncertainty) -> list[str]:
     lines += [f"  failed runs repeated {text}" for text in shorter_texts(found)]
     lines.append("bands, 5 to 95 %:")
     for one in found.variables:
-        band = band_text(one) if one.band else f"none: {one.count} of {one.points} points have a result"
+        band = f"none: {one.count} of {one.points} points have a result"
+        if one.band:  # of all points, or of some
+            low, middle, high = ("-" if value is None else f"{value:.4g}" for value in one.band)
+            some = f" ({points_text(one)} points)" if one.count < one.points or one.shortened else ""
+            band = f"{low} to {high}, median {middle}{parts.unit_text(one.unit)}{some}"
         lines.append(f"  {one.name}: {band}")
         if not one.indices:
             lines.append(f"    no indices: {one.no_indices}")
@@ -85,13 +85,6 @@ def ranked(one: VariableRow) -> list[Index]:
 def short(parameter: str) -> str:
     """Last two parts of a dotted path."""
     return ".".join(parameter.split(".")[-2:])
-
-
-def band_text(one: VariableRow) -> str:
-    """``0.35 to 1.2, median 0.7 N``, and the number of points if some have no result."""
-    low, middle, high = ("-" if value is None else f"{value:.4g}" for value in one.band)
-    some = f" ({points_text(one)} points)" if one.count < one.points or one.shortened else ""
-    return f"{low} to {high}, median {middle}{parts.unit_text(one.unit)}{some}"
 
 
 def points_text(one: VariableRow) -> str:
@@ -156,12 +149,16 @@ def _contents(reader: Reader, at: Path) -> parts.Contents:
         "digest of the code": found.code,
         "written": found.written,
     }
+    shares = [(Cell(one.name), Cell(one.text), Cell(share_text(one), one.share)) for one in found.statements]
+    stated: list[Block] = [Text("The file has no statements.")]
+    if shares:
+        stated = [Table("Share of the prior for which each holds at all places", ("", "statement", "share"), shares)]
     trials = [f"{TRIALS}/{path.parent.name}" for path in sorted((folder / TRIALS).glob("*/manifest.json"))]
     return parts.Contents(
         found.uncertainty, found.status, [*notes, *parts.warning_texts(found.warnings)],
         [parts.facts_table("The study", facts)],
         [
-            ("statements", "Statements", _statements(found)),
+            ("statements", "Statements", stated),
             ("bands", "Bands", [*_picture(folder, "bands.png", "Medians, and 5 to 95 %"), *_bands(found)]),
             ("indices", "Sensitivity indices", [*_picture(folder, "indices.png", "Indices"), *_indices(found)]),
             ("parameters", "Priors", _parameters(found)),
@@ -182,13 +179,6 @@ def _picture(folder: Path, name: str, caption: str) -> list[Block]:
     if not (folder / name).is_file():
         return [Text(f"There is no picture {name}: no variable has a value for it.")]
     return [picture(folder / name, caption)]
-
-
-def _statements(found: Uncertainty) -> list[Block]:
-    rows = [(Cell(one.name), Cell(one.text), Cell(share_text(one), one.share)) for one in found.statements]
-    if not rows:
-        return [Text("The file has no statements.")]
-    return [Table("Share of the prior for which each holds at all places", ("", "statement", "share"), rows)]
 
 
 def _bands(found: Uncertainty) -> list[Block]:

@@ -40,7 +40,6 @@ def _by_fabric(rows: Sequence[VariableRow]) -> list[list[VariableRow]]:
 
 
 def _draw(path: Path, found: Uncertainty, groups: list[list[VariableRow]], bars: bool) -> None:
-    """Draw a grid of panels, one a group."""
     wide = min(len(groups), COLUMNS)
     high = -(-len(groups) // wide)
     most = max(len(rows) * (len(found.parameters) + 1) for rows in groups)

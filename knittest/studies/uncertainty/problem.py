@@ -65,11 +65,7 @@ class Shorter:
 
 
 def shorter_of(study: Uncertainty, document: Document, middle: Mapping[str, Run], drawn: Sequence[KeyPath]) -> Shorter:
-    """Shorter ends of ``study``, whose fabrics run as ``middle`` at the medians of the fields ``drawn``.
-
-    Raises :class:`InputError` for a field that does not end the test or is drawn, and for values that do not fall from
-    the full end, cut the mean about a place, or reach no requested result.
-    """
+    """Shorter ends of ``study``; raises :class:`InputError` for a field that is drawn or ends no test."""
     if not study.shorter:
         return Shorter()
     ((name, values),) = study.shorter.items()

@@ -109,11 +109,7 @@ def gone_on(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Rec
 
 
 def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> dict[str, dict[str, Array]]:
-    """Requested results, by fabric and name, over the design (parts, n), NaN where a run has none.
-
-    A run to a shorter end has results at the places up to this end, and others only with ``any_end``. Raises
-    :class:`InputError` for a quantity that no run of the test has.
-    """
+    """Requested results over the design, NaN without one; raises :class:`InputError` for an unknown quantity."""
     quantities = problem.study.quantities.values()
     names = [name for one in quantities for name in results_of(one)]
     sooner = [name for one in quantities if one.at or one.any_end for name in results_of(one)]
@@ -123,7 +119,7 @@ def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, 
     for run in runs:
         known |= dict.fromkeys(run.full.results(records))
         results = run.last.results(records)
-        for name in names if run.last.end is None else sooner:
+        for name in names if run.last.end is None else sooner:  # others are not those of the full end
             found[run.fabric][name][run.part, run.row] = results.get(name, np.nan)
     if known:
         _check_known(problem, list(known))
