@@ -42,7 +42,10 @@ def test_time_is_that_of_the_longest_share(tmp_path):
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
-    [(["3"], "s.yaml has only 2 runs; expected at most 2 shares"), (["2", "--shard", "1/2"], "leave out --dask and --shard")],
+    [
+        (["3"], "s.yaml has only 2 runs; expected at most 2 shares"),
+        (["2", "--shard", "1/2"], "leave out --dask and --shard"),
+    ],
 )
 def test_what_no_array_can_be_made_of_is_refused(sweep, capsys, arguments, said):
     assert run(["batch", "s.yaml", "--out", "all runs", "--slurm", *arguments]) == 2

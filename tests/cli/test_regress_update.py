@@ -42,25 +42,27 @@ def entry():
 
 
 def test_a_scatter_that_grows_by_more_than_30_percent_is_refused_unless_its_run_is_named(update, capsys):
-    """Limit 0.1 % and five times 0.0996 N of 12.3 N: 4.15 %; with twice the scatter 8.2 %."""
+    """Limit 0.1 % and five times 0.0996 N of 12.3 N: 4.15 %; with twice the scatter 8.2 %. Small steps do not add up: a
+    quarter more is stored; a quarter more of that is 56 % over what was first stored.
+    """
+    assert update(Pretending(more=scattered(0.125))) == 0
+    assert f"wider: {FORCE} 4.15 % to 5.1" in capsys.readouterr().out
+    assert update(Pretending(more=scattered(0.156))) == 5
+    assert f"{FORCE} 4.15 % to 6.4" in capsys.readouterr().out
+    assert update(Pretending(more=scattered(0.1))) == 0
+    capsys.readouterr()
     before = entry()
     wider = Pretending(more=scattered(0.2))
     assert update(wider) == 5
-    said = f"FAIL {FRAME.name}: not stored: limits would grow by more than 30 %: {FORCE} 4.15 % to 8.21 %: find the cause"
+    said = (
+        f"FAIL {FRAME.name}: not stored: limits would grow by more than 30 %: {FORCE} 4.15 % to 8.21 %: find the cause"
+    )
     assert said in capsys.readouterr().out
     assert entry() == before
     assert update(wider, "--accept-wider", FRAME.name) == 0
     assert f"accepted as requested: {FORCE} 4.15 % to 8.21 %" in capsys.readouterr().out
     assert entry()["scatter"][FORCE] == pytest.approx(2.0 * before["scatter"][FORCE], rel=1e-3)
     assert entry()["accepted"][FORCE] == pytest.approx(0.0821, rel=1e-3)
-
-
-def test_small_steps_do_not_add_up(update, capsys):
-    """A quarter more, told and stored; a quarter more of that is 56 % over what was first stored."""
-    assert update(Pretending(more=scattered(0.125))) == 0
-    assert f"wider: {FORCE} 4.15 % to 5.1" in capsys.readouterr().out
-    assert update(Pretending(more=scattered(0.156))) == 5
-    assert f"{FORCE} 4.15 % to 6.4" in capsys.readouterr().out
 
 
 def test_a_number_or_a_run_that_is_gone_is_named(update, capsys):

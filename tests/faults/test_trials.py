@@ -158,19 +158,6 @@ def test_a_damaged_ledger_line_is_told_and_its_trial_found_in_its_folder_or_run_
     assert len(told) == 3  # the torn line was ended, so the next one is whole
 
 
-def test_a_settled_record_stands_whatever_a_later_line_says(tmp_path):
-    with Ledger(tmp_path / "ledger.jsonl") as ledger:
-        for status in ("crashed", "completed", "timeout"):
-            ledger.add(Record("a", status))
-    assert read_ledgers(tmp_path, print)["a"].status == "completed"
-
-
-def test_one_process_a_ledger(tmp_path):
-    with Ledger(tmp_path / "ledger.jsonl"), pytest.raises(ResourceError, match="another process runs this study"):
-        run(tmp_path, [trial()], pool=Counting())
-    run(tmp_path, [trial()], pool=Counting())
-
-
 def test_the_key_follows_config_code_and_data(monkeypatch, tmp_path):
     base = trial()
     assert trial().key == base.key
@@ -186,13 +173,19 @@ def test_the_key_follows_config_code_and_data(monkeypatch, tmp_path):
     assert trial().key != base.key
 
 
-def test_duplicates_run_once(tmp_path):
-    pool = Counting()
-    run(tmp_path, [trial(), trial(), trial(20.0)], pool=pool)
-    assert len(pool.asked) == 2
-
-
 def test_changed_code_stops_the_trials(tmp_path, monkeypatch):
     monkeypatch.setattr(child_module, "code_digest", lambda: "other")
     with pytest.raises(ResourceError, match="changed while"):
         run(tmp_path, [trial()])
+
+
+def test_a_ledger_is_of_one_process_runs_each_trial_once_and_keeps_settled_records(tmp_path):
+    pool, ledger = Counting(), tmp_path / "ledger.jsonl"
+    with Ledger(ledger), pytest.raises(ResourceError, match="another process runs this study"):
+        run(tmp_path, [trial()], pool=pool)
+    run(tmp_path, [trial(), trial(), trial(20.0)], pool=pool)
+    assert len(pool.asked) == 2
+    with Ledger(ledger) as open_ledger:
+        for status in ("crashed", "completed", "timeout"):
+            open_ledger.add(Record("a", status))
+    assert read_ledgers(tmp_path, print)["a"].status == "completed"

@@ -1,6 +1,7 @@
 """Calibrations whose trials are formulas instead of simulations."""
 
 import json
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,7 @@ class Pretending:
 
     def run(self, trials, place, limit, options, watch):
         for trial in trials:
+            watch(trial, 0.0)
             self.asked.append(trial.key)
             status = self._ends(trial)
             if status != "completed":
@@ -77,6 +79,20 @@ class Pretending:
 
     def close(self):
         pass
+
+
+class Stopping(Pretending):
+    """A pool that is interrupted by a signal when ``at`` trials were asked for."""
+
+    def __init__(self, at: int, results=bending):
+        super().__init__(results)
+        self._at = at
+
+    def run(self, *arguments):
+        for record in super().run(*arguments):
+            if len(self.asked) == self._at:
+                signal.raise_signal(signal.SIGINT)
+            yield record
 
 
 def calibrate(text: str, folder: Path, monkeypatch, pool) -> int:

@@ -51,12 +51,8 @@ def test_mean_and_standard_deviation_are_stored_and_what_one_run_lacks_is_not(tm
     assert (found.sometimes, found.ranges) == (["b", "c"], {})
     assert found.curve is not None
     assert found.curve.y == pytest.approx([0.0, 2.0, 4.0]) and found.curve.scatter == pytest.approx([0.0, 1.0, 2.0])
-
-
-def test_of_crests_the_range_is_stored_in_place_of_their_scatter(tmp_path):
-    places = [(FRAME.trial().run, curve_of(tmp_path / str(k), [0.0, 2.0], [0.0, 2.0])) for k in (1, 2)]
-    runs = [entry({COUNT: float(n), "a": 1.0}) for n in (3, 5, 4)]
-    found = pooled(runs[0], runs[1:], places, (COUNT,))
+    crests = [entry({COUNT: float(n), "a": 1.0}) for n in (3, 5, 4)]
+    found = pooled(crests[0], crests[1:], places, (COUNT,))  # of crests the range, in place of their scatter
     assert (found.ranges, found.scatter, found.results[COUNT]) == ({COUNT: (3, 5)}, {"a": 0.0}, 4.0)
 
 

@@ -223,7 +223,7 @@ def _source(card: Card, kind: str, direction: Direction | None = None) -> str:
     piece = next(p for p in PIECES if (p.kind, p.direction) == (kind, direction))
     test = card.tests[piece]
     run = test.run
-    of = f"{piece.name} of yarns"
+    of = f"{piece.name}, meso model"
     if isinstance(run, CellRun):
         equal = ", all yarns of equal strength" if kind == "tensile" else ""
         of = f"path {run.rig.path} of a periodic cell{equal}"
