@@ -69,7 +69,7 @@ def test_a_sweep_has_its_runs_with_states_reasons_links_picture_and_command(batc
     states = page.tables(page.section("summary"))["Runs by state"]
     assert {row[0]: row[1] for row in states[1:]} == {"completed": "1", "refused": "1", "crashed": "1", "open": "1"}
     text = page.text(page.section("summary"))
-    assert "Not finished: 1 runs left." in text and "2 of 4 runs have no valid result" in text
+    assert "Not finished; runs left: 1." in text and "2 of 4 runs have no valid result" in text
     ((_, reasons),) = page.tables(page.section("reasons")).items()
     assert reasons[1:] == [["2", "refused", REFUSED], ["3", "crashed", "its process died: <b>signal 9</b>"]]
     ((_, runs),) = page.tables(page.section("runs")).items()

@@ -50,7 +50,13 @@ def run_calibration(path: Path, options: CalibrateOptions) -> Studied:
     copy = database.without_password_of_storage(path.read_bytes().decode(), problem.calibration.storage)
     out = options.out or Path("runs") / f"calibrate-{slug(path.stem)}"
     folder = study_folder(out, COPY, copy, "calibration")
-    search = _search_of(problem, storage, folder)
+    if problem.method == "optuna":
+        own = folder / database.DATABASE
+        storage = storage or database.open_storage(f"sqlite:///{own}", str(own))
+        study, name = database.open_study(problem, storage, folder), database.shown_url(storage)
+        search: Search = partial(database.search_with_optuna, study=study, database=name)
+    else:
+        search = SEARCHES[problem.method]
     with resumable():
         outcome = _search(problem, search, pool, folder, options)
         found = calibration_of(outcome)
@@ -72,15 +78,6 @@ def _storage(problem: Problem, options: CalibrateOptions) -> "RDBStorage | None"
         raise InputError("method = optuna: Optuna is not installed: pip install 'knittest[calibrate]'")
     where = "--storage" if options.storage else f"{problem.name}.yaml: storage"
     return database.open_storage(url, where) if url else None
-
-
-def _search_of(problem: Problem, storage: "RDBStorage | None", folder: Path) -> Search:
-    if problem.method != "optuna":
-        return SEARCHES[problem.method]
-    own = folder / database.DATABASE
-    storage = storage or database.open_storage(f"sqlite:///{own}", str(own))
-    study = database.open_study(problem, storage, folder)
-    return partial(database.search_with_optuna, study=study, database=database.shown_url(storage))
 
 
 def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options: CalibrateOptions) -> Outcome:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 #: table of all runs or points of a study
 TABLE = "results.csv"
-NOT_FINISHED = "Not finished: {} runs left. Run the same command again to resume."
+NOT_FINISHED = "Not finished; runs left: {}. Run the same command again to resume."
 
 
 class Contents(NamedTuple):

@@ -11,7 +11,7 @@ from knittest.report_page.studies import Column, link, provenance, wide
 from knittest.studies.trials import page as parts
 from knittest.studies.trials.runner import TRIALS
 from knittest.studies.trials.trial import OPEN, Record
-from knittest.studies.uncertainty.outcome import Index, Lost, ParameterRow, StatementRow, Uncertainty, VariableRow
+from knittest.studies.uncertainty.outcome import Index, Lost, StatementRow, Uncertainty, VariableRow
 from knittest.studies.uncertainty.problem import Problem, matrix_name
 from knittest.studies.uncertainty.runs import Planned
 from knittest.studies.uncertainty.variables import Numbers
@@ -108,9 +108,8 @@ def share_text(one: StatementRow) -> str:
     if one.count < one.points:
         least, most = (100.0 * (end or 0.0) for end in one.possible)
         lost = one.points - one.count
-        text += (
-            f", from {one.count} of {one.points} points; {least:.0f} to {most:.0f} % for any result of the other {lost}"
-        )
+        bounds = f"{least:.0f} to {most:.0f} % for any result of the other {lost}"
+        text += f", from {one.count} of {one.points} points; {bounds}"
         text += f", {one.failing} of which fail at a place with a result" if one.failing else ""
     return text
 
@@ -213,9 +212,8 @@ def _indices(found: Uncertainty) -> list[Block]:
             cells = [Cell(text, value, note=note) for (value, text), note in zip(texts, notes, strict=True)]
             columns.append(Column(one.name + (r2 or (" (log)" if one.log else "")), cells, numeric=True))
         ranks = some[0].explained is not None
-        blocks += wide(
-            "Rank regression" if ranks else "First-order indices; small print: total indices", naming, columns
-        )
+        caption = "Rank regression" if ranks else "First-order indices; small print: total indices"
+        blocks += wide(caption, naming, columns)
         blocks += [Text(RANKS)] if ranks else [Text(MEANING), Text(NOISE)]
     for one in found.variables:
         if one.no_indices:
@@ -224,18 +222,15 @@ def _indices(found: Uncertainty) -> list[Block]:
 
 
 def _parameters(found: Uncertainty) -> list[Block]:
-    rows = [
-        (Cell(", ".join(one.fields)), Cell(_prior(one)), Cell(one.unit if one.unit != "1" else "-"), Cell(one.reason))
-        for one in found.parameters
-    ]
+    rows = []
+    for one in found.parameters:
+        middle = f" {_number(one.mean)} ± {_number(one.sd)}," if one.mean is not None else ""
+        prior = f"{one.kind}{middle} {_number(one.low)} to {_number(one.high)}"
+        unit = one.unit if one.unit != "1" else "-"
+        rows.append((Cell(", ".join(one.fields)), Cell(prior), Cell(unit), Cell(one.reason)))
     header = ("parameter", "prior", "unit", "reason")
     note = "All fabrics have the same value. The parameters are drawn independently of each other."
     return [Table("Assumed distribution of each parameter", header, rows), Text(note)]
-
-
-def _prior(one: ParameterRow) -> str:
-    middle = f" {_number(one.mean)} ± {_number(one.sd)}," if one.mean is not None else ""
-    return f"{one.kind}{middle} {_number(one.low)} to {_number(one.high)}"
 
 
 def _fabrics(found: Uncertainty) -> list[Block]:
