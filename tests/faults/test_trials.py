@@ -27,11 +27,6 @@ def run(folder, trials, limit=120.0, pool=None, tell=None) -> dict[str, Record]:
         return {record.key: record for record in runner.run(trials)}
 
 
-def lines(folder) -> list[str]:
-    """Keys in the ledger, in order."""
-    return [json.loads(line)["key"] for line in (folder / "ledger.jsonl").read_text().splitlines()]
-
-
 class Counting:
     """A pool that runs nothing and counts what it was asked for."""
 
@@ -61,7 +56,8 @@ def test_a_killed_process_loses_nothing_and_its_trial_runs_again_to_the_same_bit
     assert [at > 0.0 for at in resumed_at(place)] == [True]  # from its checkpoint
     with TrialRunner(tmp_path, Counting(), limit=120.0) as runner:
         assert {r.key: r.status for r in runner.run([quick, slow])} == {k: r.status for k, r in records.items()}
-    assert sorted(lines(tmp_path)) == sorted(records)
+    ledger = (tmp_path / "ledger.jsonl").read_text().splitlines()
+    assert sorted(json.loads(line)["key"] for line in ledger) == sorted(records)
 
 
 def test_a_process_that_always_dies_is_given_up_and_tried_again_by_the_next_command(tmp_path, monkeypatch):

@@ -113,7 +113,8 @@ def homogenise(folder: Path, monkeypatch, pool, request: Request | None = None, 
     if not picture:
         monkeypatch.setattr(command, "homogenise_picture", lambda *arguments: None)
     options = HomogeniseOptions(out=OUT, quiet=True)
-    return run_homogenisation(request or Request(variant="2", preset="quick"), options, "knittest homogenise ...").exit_code
+    request = request or Request(variant="2", preset="quick")
+    return run_homogenisation(request, options, "knittest homogenise ...").exit_code
 
 
 def outcome(folder: Path) -> dict:

