@@ -65,6 +65,9 @@ def test_too_few_runs_for_a_search_are_said(tmp_path, monkeypatch, method, least
     pool = Pretending()
     assert calibrate(BEND + "max_runs: 3\n", tmp_path, monkeypatch, pool) == 3 and len(pool.asked) == 3
     assert outcome(tmp_path)["reason"] == "the search needs more than max_runs = 3 runs"
+    lost = Pretending(ends=lambda trial: "failed")
+    assert calibrate(f"{TWO}method: differential-evolution\nmax_runs: 150\n", tmp_path, monkeypatch, lost) == 3
+    assert "points has a result: one failed" in outcome(tmp_path)["reason"]
     assert calibrate(f"{TWO}method: {method}\nmax_runs: 30\n", tmp_path, monkeypatch, Pretending()) == 3
     assert outcome(tmp_path)["reason"] == f"max_runs = 30: {method} needs at least {least} runs here"
     assert (RESULT / "convergence.png").exists()
