@@ -30,17 +30,13 @@ def report(runs: tuple[Path, ...], out: Path | None, open_page: bool, formats: s
     """
     from knittest.report_page.page import write_reports
     from knittest.runs.show import open_page as show_page
-    from knittest.studies.batch.page import is_sweep, write_sweep_page
-    from knittest.studies.calibrate.page import is_calibration, write_calibration_page
-    from knittest.studies.uncertainty.page import is_uncertainty, write_uncertainty_page
+    from knittest.studies.batch.page import PAGE as SWEEP
+    from knittest.studies.calibrate.page import PAGE as CALIBRATION
+    from knittest.studies.uncertainty.page import PAGE as UNCERTAINTY
 
-    pages = (
-        (is_sweep, write_sweep_page),
-        (is_calibration, write_calibration_page),
-        (is_uncertainty, write_uncertainty_page),
-    )
+    pages = (SWEEP, CALIBRATION, UNCERTAINTY)
     asked = printing_asked(formats, dpi) if formats or dpi else None
-    write = next((write for is_one, write in pages if len(runs) == 1 and is_one(runs[0])), None)
+    write = next((page.write for page in pages if len(runs) == 1 and page.is_in(runs[0])), None)
     if write and asked:
         raise click.UsageError("--format and --dpi are for pages on runs: leave them out here")
     path, count = (write(runs[0], out), 0) if write else write_reports(list(runs), out, asked)

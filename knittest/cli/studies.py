@@ -56,12 +56,12 @@ def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
         raise click.UsageError("--workers are processes of this machine; with --dask the cluster has its own")
     if chosen["slurm"] is not None and (chosen["dask"] is not None or chosen["shard"] is not None):
         raise click.UsageError("--slurm writes a script with shares of its own: leave out --dask and --shard")
-    from knittest.studies.batch.command import BatchOptions, batch_command
+    from knittest.studies.batch.command import BatchOptions, run_batch
 
     def agree(question: str) -> bool:
         return yes or (sys.stdin.isatty() and click.confirm(f"{question}: run them?", err=True))
 
-    return batch_command(sweep, BatchOptions(**chosen), agree)
+    return run_batch(sweep, BatchOptions(**chosen), agree).exit_code
 
 
 @click.command()
@@ -72,24 +72,16 @@ def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
 @click.option("--storage", metavar="URL", help="Database of method optuna.  [default: SQLite in the folder]")
 @ACCEPT_LIMITS
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-def calibrate(
-    calibration: Path,
-    out: Path | None,
-    workers: int | None,
-    threads: int | None,
-    storage: str | None,
-    accept_limits: bool,
-    quiet: bool,
-) -> int:
+def calibrate(calibration: Path, **chosen: Any) -> int:
     """Find parameters of a fabric or a rig from measured results.
 
     The same command goes on where it was stopped; finished runs are not repeated.
 
     Example: knittest calibrate configs/calibrations/v1-warp-bending.yaml
     """
-    from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
+    from knittest.studies.calibrate.command import CalibrateOptions, run_calibration
 
-    return calibrate_command(calibration, CalibrateOptions(out, workers, threads, quiet, storage, accept_limits))
+    return run_calibration(calibration, CalibrateOptions(**chosen)).exit_code
 
 
 @click.command()
@@ -98,16 +90,17 @@ def calibrate(
 @click.option("--workers", type=click.IntRange(1), help="Processes, one thread each.  [default: the file's; cores]")
 @ACCEPT_LIMITS
 @click.option("--quiet", is_flag=True, help="No progress, no summary.")
-def uncertainty(study: Path, out: Path | None, workers: int | None, accept_limits: bool, quiet: bool) -> int:
+def uncertainty(study: Path, **chosen: Any) -> int:
     """Show what results are worth whose parameters are assumed: bands over the priors, and what they hang on.
 
     The same command goes on where it was stopped; finished runs are not repeated.
 
     Example: knittest uncertainty configs/uncertainty/shear-order.yaml --workers 4
     """
-    from knittest.studies.uncertainty.command import UncertaintyOptions, uncertainty_command
+    from knittest.studies.trials.runner import StudyOptions
+    from knittest.studies.uncertainty.command import run_uncertainty
 
-    return uncertainty_command(study, UncertaintyOptions(out, workers, quiet, accept_limits))
+    return run_uncertainty(study, StudyOptions(**chosen)).exit_code
 
 
 #: options whose name is no name of Python
@@ -150,7 +143,7 @@ def homogenise(
 
     Example: knittest homogenise --variant 1
     """
-    from knittest.studies.homogenise.command import HomogeniseOptions, homogenise_command
+    from knittest.studies.homogenise.command import HomogeniseOptions, run_homogenisation
     from knittest.studies.homogenise.plan import Request
 
     if not (chosen["variant"] or chosen["fabric"]):
@@ -162,8 +155,10 @@ def homogenise(
         if one is not None and name != "accept_limits" and (name, one) != ("source", "tests")
     ]
     words += ["--accept-limits"] if chosen["accept_limits"] else []
-    options = HomogeniseOptions(out, workers, threads, time_limit, as_json, quiet)
-    return homogenise_command(Request(**chosen), options, " ".join(["knittest homogenise", *words]))
+    options = HomogeniseOptions(
+        out=out, workers=workers, threads=threads, time_limit=time_limit, json=as_json, quiet=quiet
+    )  # fmt: skip
+    return run_homogenisation(Request(**chosen), options, " ".join(["knittest homogenise", *words])).exit_code
 
 
 @click.command()
@@ -242,11 +237,11 @@ def speed_study(variant: str | None, fabric: Path | None, tests: tuple[str, ...]
 
     Example: knittest speed-study --variant 2 --test friction --scale macro
     """
-    from knittest.studies.speed_study import SCALES, StudyOptions, study_command
+    from knittest.studies.speed_study import SCALES, SpeedOptions, study_command
 
     if variant is None and fabric is None:
         variant = "1"
     scales = SCALES if scale == "both" else (scale,)
     return study_command(
-        StudyOptions(variant=variant, fabric=fabric, tests=tests or names("studied"), scales=scales, **chosen)
+        SpeedOptions(variant=variant, fabric=fabric, tests=tests or names("studied"), scales=scales, **chosen)
     )

@@ -1,4 +1,4 @@
-"""Commands that run tests: a list of runs, one folder each, one table; started or gone on with."""
+"""Commands that run tests: start or resume a list of runs, one folder each, and print one table."""
 
 import shlex
 import sys
@@ -34,20 +34,20 @@ from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.trials.beside import Beside, run_ahead
 from knittest.studies.verify import REPEATS, finished, unverified, verified
 
-#: a run, and where it is to lie, or the folder where it is completed and only to be verified
+#: a run with its new place, or with its folder if it is completed and only has to be verified
 Job = tuple[Run, Place | Path]
 
 
 def run_command(runs: list[Run], options: RunOptions) -> int:
-    """Run every direction into its own folder, print one table; returns the exit code."""
-    return _told(run_all(runs, options), options)
+    """Run every direction in its own folder and print one table; returns the exit code."""
+    return _report(run_all(runs, options), options)
 
 
 def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
-    """Run every direction into its own folder, those of several below one."""
+    """Run every direction in its own folder, several of them below one parent folder."""
     use_threads(options.threads)
     runs = completed(runs, options.quiet)
-    for run in runs:  # before there is a folder that stands in the way of the corrected command
+    for run in runs:  # before there is a folder, which the corrected command would find
         references_of(run, options.against)
         TESTS[run.rig.kind].refuse(run)
     runs = with_cards(runs, options.quiet)
@@ -65,32 +65,28 @@ def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
 
 
 def resume_command(folder: Path, options: RunOptions, force: bool = False) -> int:
-    """Go on with the run in ``folder``, or with all runs that were planned in it; returns the exit code, of a run that
-    is complete the one that it ended with.
-
-    Raises as :func:`resume_all` does.
-    """
+    """Resume all runs in ``folder`` as :func:`resume_all` does; returns the exit code, which completed runs keep."""
     outcomes, codes = resume_all(folder, options, force)
-    return max([*codes, _told(outcomes, options) if outcomes else 0])
+    return max([*codes, _report(outcomes, options) if outcomes else 0])
 
 
 def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[list[Outcome], list[int]]:
-    """Go on with the run in ``folder``, or with all runs that were planned in it; returns what was run, and the exit
-    codes of those that are complete.
-
-    Raises :class:`InputError` when it is no run folder, no checkpoint verifies, or something changed, unless ``force``.
-    """
-    plans = _plans(folder)
-    left_out = {name for _, place in plans if (place / "manifest.json").exists() for name in _left_out(place)}
-    options = replace(
-        options,
-        frames=options.frames and "frames" not in left_out,
-        pictures=options.pictures and "pictures" not in left_out,
-    )
+    """Resume all runs in ``folder``; outcomes, and codes of completed runs. Raises :class:`InputError` on a change."""
+    plans = [(folder / "config.yaml", folder)]
+    if not plans[0][0].is_file():
+        plans = [(plan, _planned_in(plan)) for plan in sorted(folder.glob("config-*.yaml"))]
+    if not plans:
+        raise InputError(f"{folder}: not a run folder: it has no config.yaml")
+    left_out: set[object] = set()  # kinds of files that the runs were started without
+    for _, place in plans:
+        names = manifest_of(place).get("left_out") if (place / "manifest.json").exists() else None
+        left_out |= {*names} if isinstance(names, list) else set()
+    frames, pictures = ("frames" not in left_out, "pictures" not in left_out)
+    options = replace(options, frames=options.frames and frames, pictures=options.pictures and pictures)
     use_threads(options.threads)
     jobs, codes = [], []
     for plan, place in plans:
-        left = _what_is_left(plan, place, options, force)
+        left = _remaining_job(plan, place, options, force)
         if isinstance(left, int):
             codes.append(left)
         else:
@@ -102,34 +98,18 @@ def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[
 
 
 def _write_page(parent: Path, options: RunOptions) -> None:
-    """Write the page on all runs in ``parent`` into it, unless no pictures are wanted."""
+    """Write the page of all runs in ``parent`` into it, unless pictures are switched off."""
     if options.pictures:
         write_if_possible(parent, lambda folder: write_reports([folder], None))
 
 
-def _left_out(folder: Path) -> list[str]:
-    """Files that the run in ``folder`` was begun without."""
-    names = manifest_of(folder).get("left_out")
-    return [str(name) for name in names] if isinstance(names, list) else []
-
-
-def _plans(folder: Path) -> list[tuple[Path, Path]]:
-    """Config and folder of each run that was planned in ``folder``."""
-    if (folder / "config.yaml").is_file():
-        return [(folder / "config.yaml", folder)]
-    plans = sorted(folder.glob("config-*.yaml"))
-    if not plans:
-        raise InputError(f"{folder}: not a run folder: it has no config.yaml")
-    return [(plan, _planned_in(plan)) for plan in plans]
-
-
 def _planned_in(plan: Path) -> Path:
-    """Folder of the run that the file ``plan`` plans."""
+    """Folder of the run in the file ``plan``."""
     return plan.parent / plan.stem.removeprefix("config-")
 
 
-def _what_is_left(plan: Path, folder: Path, options: RunOptions, force: bool) -> Job | int:
-    """The job that is left of the run in ``folder``, planned in ``plan``; the exit code of one that is complete."""
+def _remaining_job(plan: Path, folder: Path, options: RunOptions, force: bool) -> Job | int:
+    """Remaining job of the run in ``folder``, planned in ``plan``; the exit code of a completed run."""
     config = folder / "config.yaml"
     if not config.is_file():
         return resolve(config=plan, accept_limits=None), NewFolder(folder)
@@ -141,45 +121,42 @@ def _what_is_left(plan: Path, folder: Path, options: RunOptions, force: bool) ->
     if unverified(folder, run):
         return run, folder
     reason = f": {manifest['message']}" if manifest.get("message") else ""
-    print(
-        f"{folder}: completed on {manifest.get('ended')}{reason}; nothing to resume",
-        file=sys.stderr if options.json else sys.stdout,
-    )
+    text = f"{folder}: completed on {manifest.get('ended')}{reason}; nothing to resume"
+    print(text, file=sys.stderr if options.json else sys.stdout)
     code = manifest.get("exit_code")
     return code if isinstance(code, int) else 0
 
 
 def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
-    """Keep what is to be run, for a resume before the later ones have a folder; what bad input ended gives way."""
+    """Write the configs of ``runs``, so that all can be resumed; replaces a plan that ended with invalid input."""
     make_folder(parent)
     plans = list(parent.glob("config-*.yaml"))
     begun = [folder for folder in map(_planned_in, plans) if folder.exists()]
     if plans and not (begun and all(map(of_bad_input, begun))):
-        raise InputError(
-            f"--out {parent}: holds a run; continue it with: knittest resume {parent}, or choose a new folder"
-        )
+        remedy = f"continue it with: knittest resume {parent}, or choose a new folder"
+        raise InputError(f"--out {parent}: holds a run; {remedy}")
     for run in runs:
         write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
 
 
 def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> list[Outcome]:
-    """Run the jobs, side by side where that is quicker; ``parent`` is what a user resumes, if not a run's folder."""
+    """Run the jobs, in parallel if this is faster; ``parent`` is the folder to resume, if not that of a run."""
     completed = [place for _, place in jobs if isinstance(place, Path)]
     if completed and options.against:
-        raise InputError(f"--against: {completed[0]} is completed but for --verify; use knittest compare after it")
+        raise InputError(f"--against: only --verify remains for {completed[0]}; use knittest compare after it")
     outcomes: list[Outcome] = []
     with (
         Interrupts() as interrupts,
         Progress(quiet=options.quiet) as progress,
-        _says_how_to_resume(parent),
+        _append_resume_hint(parent),
         interrupts.deciding(),
         compiling_for(jobs[0][0]),
     ):
-        others, threads = _beside(jobs, progress)
-        with Beside(others, options, threads) as beside, limited(threads):
+        others, threads = _parallel_runs(jobs, progress)
+        with Beside(others, options, threads) as parallel, limited(threads):
             for run, place in jobs:
                 if not isinstance(place, Path) and place.path in others:
-                    place = beside.wait(place.path, progress)
+                    place = parallel.wait(place.path, progress)
                 if isinstance(place, Path):
                     outcome = finished(run, place, options.against)
                 else:
@@ -188,33 +165,27 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
     return outcomes
 
 
-def _told(outcomes: Sequence[Outcome], options: RunOptions) -> int:
-    """Print what was run, as a table or as JSON; returns the exit code."""
+def _report(outcomes: Sequence[Outcome], options: RunOptions) -> int:
+    pages = {o.folder: str(page) if (page := page_of(o.folder)) else None for o in outcomes}
     if options.json:
-        summaries = [
-            o.summary | {"folder": str(o.folder), "page": _text(page_of(o.folder)), "curves": list(o.curves)}
-            for o in outcomes
-        ]
+        more = [{"folder": str(o.folder), "page": pages[o.folder], "curves": list(o.curves)} for o in outcomes]
+        summaries = [one.summary | places for one, places in zip(outcomes, more, strict=True)]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
         print_results(outcomes, details=options.details)
     if options.quiet:
         print_refused(outcomes)
-    pages = [page for outcome in outcomes if (page := page_of(outcome.folder))]
-    if options.open_page and pages:
-        open_page(pages[0])
+    first = next(filter(None, pages.values()), None)
+    if options.open_page and first:
+        open_page(Path(first))
     return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
 
 
-def _text(path: Path | None) -> str | None:
-    return None if path is None else str(path)
+def _parallel_runs(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[Run, Place]], int]:
+    """Meso runs in parallel to the first one, by folder, and the threads of each, after their cell is relaxed.
 
-
-def _beside(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[Run, Place]], int]:
-    """Runs of yarns that go beside the first one, by folder, and the threads of each, once their cell is relaxed.
-
-    One thread a run takes the least time of processors; runs of shells are over before a process has begun. Ensembles
-    are not among them: their specimens run side by side.
+    One thread a run takes the least processor time. A macro run ends before a process has started. Ensembles run their
+    specimens in parallel instead.
     """
     threads = numba.get_num_threads()
     single = all(run.model.scale == "meso" and run.variability.specimens == 1 for run, _ in jobs)
@@ -226,18 +197,17 @@ def _beside(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[R
 
 
 @contextmanager
-def _says_how_to_resume(parent: Path | None) -> Iterator[None]:
-    """Add the command to a signal's message, and to that of a full disk when there is something to go on from."""
+def _append_resume_hint(parent: Path | None) -> Iterator[None]:
+    """Add the resume command to the message of a signal, and to that of a full disk if there is a checkpoint."""
     try:
         yield
     except Interrupted as error:
-        path = parent or error.folder
-        raise Interrupted(f"{error}{_command(path)}" if path else str(error)) from None
+        raise Interrupted(f"{error}{_resume_hint(parent or error.folder)}") from None
     except ResourceError as error:
         path = parent or getattr(error, "folder", None)
         kept = path is not None and any(found for name in (PATTERN, REPEATS) for found in path.rglob(name))
-        raise ResourceError(f"{error}{_command(path)}" if path and kept else str(error)) from error
+        raise ResourceError(f"{error}{_resume_hint(path if kept else None)}") from error
 
 
-def _command(path: Path) -> str:
-    return f"; continue with: knittest resume {shlex.quote(str(path))}"
+def _resume_hint(path: Path | None) -> str:
+    return f"; continue with: knittest resume {shlex.quote(str(path))}" if path else ""

@@ -1,4 +1,4 @@
-"""Command ``knittest speed-study``: every rig at its speed and at half of it, as rows, CSV and Markdown."""
+"""Command ``knittest speed-study``: every test at its speed and at half of it, as rows, CSV and Markdown."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -17,7 +17,7 @@ from knittest.laboratory.halving import LIMIT, Halving, change, diagnostic, halv
 from knittest.runs.show import print_text
 from knittest.studies.homogenise.yarn_card import with_cards
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.runner import run_all
+from knittest.studies.trials.runner import StudyOptions, run_all
 from knittest.studies.trials.trial import Trial, trial_of
 
 COLUMNS = (
@@ -27,7 +27,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class Row:
-    """One result at ``study``'s setting and at half of it, NaN where a run gave none."""
+    """One result at the setting of ``study`` and at half of it, NaN for a missing one."""
 
     study: Halving
     quantity: str
@@ -36,24 +36,24 @@ class Row:
 
     @property
     def change(self) -> float:
-        """Share by which the result at half the setting differs."""
+        """Relative change of the result at half the setting."""
         return change(self.result, self.half)
 
     @property
     def within(self) -> bool | None:
-        """Tell whether it holds within :data:`LIMIT`; None where there is nothing to compare."""
+        """Tell whether the change is within :data:`LIMIT`; None without a change."""
         return None if math.isnan(self.change) else abs(self.change) < LIMIT
 
 
 def rows_of(study: Halving, fast: Mapping[str, float], slow: Mapping[str, float]) -> Iterator[Row]:
-    """One row a result that a user would report."""
+    """Rows of the results except diagnostic ones."""
     for quantity, result in fast.items():
         if quantity not in diagnostic():
-            yield Row(study, quantity, _number(result), _number(slow.get(quantity)))
+            yield Row(study, quantity, float(result), float(slow.get(quantity, math.nan)))
 
 
 def csv_text(rows: Iterable[Row], variant: str) -> str:
-    """The table as CSV, with what it is in its head."""
+    """Table as CSV, with its source in the head."""
     lines = [
         "# kind: simulated",
         f"# source: knittest speed-study, variant {variant}, version {__version__}; the halved setting in its unit",
@@ -78,86 +78,70 @@ def markdown(rows: Sequence[Row]) -> list[str]:
         halved = f"{study.setting} {study.value:g}{unit}"
         label, form = LABELS.get(row.quantity, (row.quantity.replace("_", " "), "{:.4g}"))
         result, half = (form.format(v) if math.isfinite(v) else "-" for v in (row.result, row.half))
-        said = "-" if row.within is None else f"{100.0 * row.change:+.2f} %" if row.within else _bold(row.change)
-        lines.append(
-            f"| {study.run.rig.kind} | {study.run.model.scale} | {halved} | {label} | {result} | {half} | {said} |"
-        )
+        bold = f"**{100.0 * row.change:+.1f} %**" if math.isfinite(row.change) else "**from 0**"
+        moved = "-" if row.within is None else f"{100.0 * row.change:+.2f} %" if row.within else bold
+        cells = (study.run.rig.kind, study.run.model.scale, halved, label, result, half, moved)
+        lines.append(f"| {' | '.join(cells)} |")
     return lines
 
 
-def _bold(share: float) -> str:
-    return f"**{100.0 * share:+.1f} %**" if math.isfinite(share) else "**from 0**"
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else float(value)
-
-
 CSV, MARKDOWN = "speed-study.csv", "speed-study.md"
-#: wall seconds that one run may take
+#: time limit of a run [s]
 TIME_LIMIT = 14400.0
 SCALES = ("macro", "meso")
 
 
-@dataclass(frozen=True)
-class StudyOptions:
-    """Tests to run and their folder; ``tests`` are any, by default those of a study, ``scales`` of :data:`SCALES`."""
+@dataclass(frozen=True, kw_only=True)
+class SpeedOptions(StudyOptions):
+    """Options of the study: ``tests`` (all with a speed study by default) and ``scales``."""
 
-    out: Path
+    out: Path = Path("runs/speed-study")
     variant: str | None = None
     fabric: Path | None = None
     tests: Sequence[str] = field(default_factory=lambda: names("studied"))
     scales: Sequence[str] = SCALES
     direction: str = "warp"
     preset: str = "quick"
-    workers: int | None = None
-    threads: int | None = None
-    quiet: bool = False
 
 
-def study_command(options: StudyOptions) -> int:
-    """Run what is not finished in the folder, write CSV and Markdown there, print; returns the exit code.
-
-    Raises :class:`NumericalError` when a run gave no result.
-    """
-    runs = [_run(options, test, scale) for test in options.tests for scale in options.scales]
+def study_command(options: SpeedOptions) -> int:
+    """Run or resume the study, write CSV and Markdown; raises :class:`NumericalError` if a run has no result."""
+    runs = [
+        resolve(
+            test=test, variant=options.variant, fabric=options.fabric, scale=scale, preset=options.preset,
+            direction=options.direction if kinds()[test].directional else None,
+        )
+        for test in options.tests
+        for scale in options.scales
+    ]  # fmt: skip
+    runs = [completed for run in runs for completed in with_cards([run], options.quiet)]
     fast = _all_results([trial_of(run, _label(run)) for run in runs], options)
     studies = [halving(at_result_speed(run, results)) for run, results in zip(runs, fast, strict=True)]
     half = [trial_of(s.half, f"{_label(s.half)}, {s.setting} halved") for s in studies]
-    rows: list[Row] = []
     slow = _all_results(half, options)
     for trial, found in zip(half, slow, strict=True):
         if not kept_speed(trial.run, found):
-            raise NumericalError(f"{trial.label}: restarted at a lower speed; no study without its result")
-    for study, *results in zip(studies, fast, slow, strict=True):
-        rows += rows_of(study, *results)
+            raise NumericalError(f"{trial.label}: restarted at a lower speed, so the study has no result")
+    rows = [row for study, *results in zip(studies, fast, slow, strict=True) for row in rows_of(study, *results)]
     lines = markdown(rows)
     write_atomic(options.out / CSV, csv_text(rows, options.variant or str(options.fabric)))
     write_atomic(options.out / MARKDOWN, "\n".join(lines) + "\n")
     if not options.quiet:
         moved = [row for row in rows if row.within is False]
-        print_text([*lines, f"{len(rows)} results, {len(moved)} of them move by {100.0 * LIMIT:g} % or more"])
+        print_text([*lines, f"{len(rows)} results, {len(moved)} of them change by {100.0 * LIMIT:g} % or more"])
     return 0
-
-
-def _run(options: StudyOptions, test: str, scale: str) -> Run:
-    run = resolve(
-        test=test, variant=options.variant, fabric=options.fabric, scale=scale, preset=options.preset,
-        direction=options.direction if kinds()[test].directional else None,
-    )  # fmt: skip
-    return with_cards([run], options.quiet)[0]
 
 
 def _label(run: Run) -> str:
     return f"{run.rig.kind} {run.model.scale}"
 
 
-def _all_results(trials: list[Trial], options: StudyOptions) -> list[dict[str, float]]:
-    """Results of ``trials``, run where they are not finished in the folder; raises :class:`NumericalError`."""
+def _all_results(trials: list[Trial], options: SpeedOptions) -> list[dict[str, float]]:
+    """Results of ``trials``, which run unless they are finished; raises :class:`NumericalError`."""
     pool = LocalPool(options.workers, options.threads)
     records = run_all(trials, options.out, pool, limit=TIME_LIMIT, quiet=options.quiet)
     for trial in trials:
         record = records[trial.key]
         if record.status != "completed":
-            raise NumericalError(f"{trial.label}: {record.status}: {record.reason}; no study without its result")
+            raise NumericalError(f"{trial.label}: {record.status}: {record.reason}; the study needs its result")
     return [records[trial.key].results for trial in trials]

@@ -7,14 +7,16 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
 
-from knittest.base.files import PACKAGE
+from knittest.base.files import PACKAGE, configs_dir
 from knittest.cli.main import run
+from knittest.config.loading import resolve
 from knittest.studies.batch import command
-from knittest.studies.batch.command import BatchOptions, batch_command
+from knittest.studies.batch.command import BatchOptions, run_batch
 from knittest.studies.trials import live
 from knittest.studies.trials.trial import Record, trial_of
 
@@ -64,23 +66,7 @@ class Pretending:
 
 def batch(pool, monkeypatch, **options) -> int:
     monkeypatch.setattr(command, "_pool", lambda _: pool)
-    return batch_command(Path("s.yaml"), BatchOptions(**options), lambda _: False)
-
-
-def started(*arguments, cwd) -> subprocess.Popen:
-    command = [sys.executable, "-m", "knittest.cli.main", "batch", "s.yaml", *arguments]
-    environment = os.environ | {"PYTHONPATH": str(PACKAGE.parent)}
-    return subprocess.Popen(
-        command, cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-
-
-def gone(pid: int) -> bool:
-    """Tell whether the process ends soon."""
-    end = time.monotonic() + 20.0
-    while time.monotonic() < end and Path(f"/proc/{pid}").exists():
-        time.sleep(0.05)
-    return not Path(f"/proc/{pid}").exists()
+    return run_batch(Path("s.yaml"), BatchOptions(**options), lambda _: False).exit_code
 
 
 def ledger(folder) -> dict[str, str]:
@@ -97,7 +83,7 @@ def test_a_sweep_runs_once_and_leaves_a_table_and_a_picture(sweep, capsys):
     )
     assert run(["batch", "s.yaml", "--workers", "2", "--parquet"]) == 3
     said = capsys.readouterr()
-    assert "[4/4] " in said.err and "2 completed: ran, and its quality gates passed" in said.out
+    assert "[4/4] " in said.err and "2 completed: the run ended and passed all quality checks" in said.out
     table = pd.read_csv(folder / "results.csv")
     assert list(table["status"]) == ["completed", "refused"] * 2 and list(table["rig.width"]) == [20, 20, 40, 40]
     assert table["peak_force_n"][2] == pytest.approx(2.0 * table["peak_force_n"][0], rel=0.03)
@@ -154,15 +140,6 @@ def test_shards_are_disjoint_and_together_all(sweep, monkeypatch):
     assert batch(rest, monkeypatch) == 0 and rest.asked == []
 
 
-def test_very_many_runs_are_refused_at_once_without_yes(sweep, capsys):
-    text = "sample: {n: 10000, fields: {rig.width: {low: 20, high: 60}}}\n"
-    sweep(FAST + text + "range: {solver.damping: {low: 1, high: 2, steps: 1000}}")
-    began = time.monotonic()
-    assert run(["batch", "s.yaml"]) == 2
-    assert "s.yaml: 10,000,000 runs, more than 10,000: run them with --yes" in capsys.readouterr().err
-    assert time.monotonic() - began < 10.0 and not Path("runs").exists()
-
-
 def test_a_scheduler_out_of_reach_leaves_nothing(sweep, capsys, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("knittest.studies.trials.pool.CONNECT_LIMIT", 1)
@@ -172,41 +149,12 @@ def test_a_scheduler_out_of_reach_leaves_nothing(sweep, capsys, monkeypatch):
     assert not Path("runs").exists()
 
 
-def test_yes_agrees(sweep, monkeypatch):
-    sweep(FAST + "grid: {rig.width: [20, 30]}\n")
-    monkeypatch.setattr(command, "MANY", 1)
-    monkeypatch.setattr(command, "_pool", lambda _: Pretending())
-    assert run(["batch", "s.yaml", "--quiet"]) == 2
-    assert run(["batch", "s.yaml", "--quiet", "--yes"]) == 0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["none.yaml"], "none.yaml: no such file"),
-        (["s.yaml", "--shard", "3/2"], "expected the share and their number"),
-        (["s.yaml", "--shard", "0/2"], "expected the share and their number"),
-        (["s.yaml", "--workers", "0"], "0 is not in the range"),
-        (["s.yaml", "--dask", "tcp://127.0.0.1:1", "--workers", "2"], "the cluster has its own"),
-        (["s.yaml", "--out", "s.yaml"], "is a file, expected a folder"),
-        (["s.yaml", "--out", "full"], "but no batch"),
-        (["bad.yaml"], 'bad.yaml:2: rig.widht: unknown field (did you mean "width"?)'),
-    ],
-)
-def test_bad_commands_run_nothing(sweep, capsys, arguments, said):
-    sweep(FAST)
-    Path("full").mkdir()
-    Path("full/thesis.tex").touch()
-    Path("bad.yaml").write_text(FAST + "grid: {rig.widht: [1, 2]}\n")
-    assert run(["batch", *arguments]) == 2
-    assert said in capsys.readouterr().err
-    assert not Path("runs").exists() and [path.name for path in Path("full").iterdir()] == ["thesis.tex"]
-
-
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL], ids=["ctrl-c", "kill"])
 def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
     folder = sweep(UNHURRIED + "points: [{rig.width: 20, solver.speed: 4.0}, {rig.width: 30, solver.speed: 0.01}]\n")
-    process = started("--workers", "1", cwd=tmp_path)
+    command = [sys.executable, "-m", "knittest.cli.main", "batch", "s.yaml", "--workers", "1"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": tmp_path}
+    process = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)}, **pipes)
     while process.poll() is None and not (ledger(folder) and list(folder.glob("trials/*/run.lock"))):
         time.sleep(0.02)
     time.sleep(1.5)
@@ -214,13 +162,16 @@ def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
     process.send_signal(number)
     _, error = process.communicate(timeout=60)
     assert process.returncode == (75 if number == signal.SIGINT else -signal.SIGKILL)
-    assert number == signal.SIGKILL or "go on with the same command" in error
-    assert gone(worker)
+    assert number == signal.SIGKILL or "run the same command again to resume" in error
+    end = time.monotonic() + 20.0
+    while Path(f"/proc/{worker}").exists():
+        assert time.monotonic() < end
+        time.sleep(0.05)
     assert len(list(folder.glob("trials/*/checkpoint-0*.npz"))) == 1
     assert number == signal.SIGKILL or "open" in set(pd.read_csv(folder / "results.csv")["status"])
     first = ledger(folder)
     assert len(first) == 1
-    process = started("--workers", "1", cwd=tmp_path)
+    process = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(PACKAGE.parent)}, **pipes)
     _, error = process.communicate(timeout=120)
     assert process.returncode in (0, 3), error
     assert "[2/2]" in error and "[1/2]" not in error
@@ -230,34 +181,66 @@ def test_the_same_command_goes_on_where_it_was_stopped(sweep, tmp_path, number):
     assert [line["at_ms"] > 0.0 for line in log if line["event"] == "resumed"] == [True]
 
 
-def test_the_overview_counts_and_names_what_runs():
-    class Terminal:
-        def __init__(self):
-            self.heads, self.running = [], []
+def test_very_many_runs_need_yes(sweep, capsys, monkeypatch):
+    text = "sample: {n: 10000, fields: {rig.width: {low: 20, high: 60}}}\n"
+    sweep(FAST + text + "range: {solver.damping: {low: 1, high: 2, steps: 1000}}")
+    began = time.monotonic()
+    assert run(["batch", "s.yaml"]) == 2
+    assert "s.yaml: 10,000,000 runs, more than 10,000: confirm with --yes" in capsys.readouterr().err
+    assert time.monotonic() - began < 10.0 and not Path("runs").exists()
+    sweep(FAST + "grid: {rig.width: [20, 30]}\n")
+    monkeypatch.setattr(command, "MANY", 1)
+    monkeypatch.setattr(command, "_pool", lambda _: Pretending())
+    assert run(["batch", "s.yaml", "--quiet"]) == 2 and run(["batch", "s.yaml", "--quiet", "--yes"]) == 0
 
-        def ended(self, text, record):
-            self.heads.append(text)
 
-        def draw(self, head, running, share):
-            self.heads.append(head)
-            self.running = running
+@pytest.mark.parametrize("study", ["batch", "calibrate", "uncertainty", "homogenise"])
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["none.yaml"], "none.yaml: no such file"),
+        (["s.yaml", "--workers", "0"], "0 is not in the range"),
+        (["s.yaml", "--out", "s.yaml"], "is a file, expected a folder"),
+        (["s.yaml", "--out", "full"], "holds thesis.tex, but no "),
+    ],
+)
+def test_bad_commands_of_studies_run_nothing(sweep, capsys, study, arguments, said):
+    text = {"calibrate": "calibrations/v1-friction", "uncertainty": "uncertainty/shear-order"}.get(study)
+    sweep(FAST if text is None else (configs_dir() / f"{text}.yaml").read_text())
+    Path("full").mkdir()
+    Path("full/thesis.tex").touch()
+    if study == "homogenise":
+        arguments = ["--variant", "1", *arguments[1:]] if arguments[0] == "s.yaml" else ["--fabric", *arguments]
+    assert run([study, *arguments]) == 2
+    assert said in capsys.readouterr().err
+    assert not Path("runs").exists() and [path.name for path in Path("full").iterdir()] == ["thesis.tex"]
 
-        def close(self):
-            pass
 
-    shown = Terminal()
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--shard", "3/2"], "expected the share and their number"),
+        (["--shard", "0/2"], "expected the share and their number"),
+        (["--dask", "tcp://127.0.0.1:1", "--workers", "2"], "the cluster has its own"),
+    ],
+)
+def test_options_that_do_not_fit_run_nothing(sweep, capsys, arguments, said):
+    sweep(FAST)
+    assert run(["batch", "s.yaml", *arguments]) == 2
+    assert said in capsys.readouterr().err and not Path("runs").exists()
+
+
+def test_the_overview_counts_and_names_the_runs():
+    shown = SimpleNamespace(heads=[], running=[], ended=lambda text, record: shown.heads.append(text))
+    shown.draw = lambda head, running, share: (shown.heads.append(head), setattr(shown, "running", running))
     view = live.Overview(3, quiet=True)
     view._display = shown
-    from knittest.config.loading import resolve
-
     trial = trial_of(resolve(variant="1", scale="macro"), "a strip")
     view.begin(1)
-    view._drawn = 0.0
-    view.watch(trial, None)
-    assert "compiling kernels" in shown.running[0]
-    view._drawn = 0.0
-    view.watch(trial, 0.5)
-    assert " 50 %" in shown.running[0] and "a strip" in shown.running[0]
-    view.ended(trial, Record(trial.key, "timeout", "not done after 2 s", seconds=2.0))
-    assert "[2/3] a strip: timeout: not done after 2 s (2.0 s)" in shown.heads
-    assert "2/3 runs (1 timeout, 1 from before)" in shown.heads[-1] and shown.running == []
+    for share, text in ((None, "compiling kernels"), (0.5, " 50 %")):
+        view._drawn = 0.0
+        view.watch(trial, share)
+        assert text in shown.running[0] and "a strip" in shown.running[0]
+    view.ended(trial, Record(trial.key, "timeout", "not finished after 2 s", seconds=2.0))
+    assert "[2/3] a strip: timeout: not finished after 2 s (2.0 s)" in shown.heads
+    assert "2/3 runs (1 timeout, 1 finished before)" in shown.heads[-1] and shown.running == []

@@ -25,7 +25,7 @@ def test_shells_reproduce_a_known_material(tmp_path, monkeypatch, capsys):
     bending = {row["test"]: row for row in found["check"] if row["quantity"] == "bending stiffness"}
     assert bending["cantilever warp"]["shells"] == pytest.approx(BENDING["warp"], rel=0.01)
     said = capsys.readouterr()
-    assert "picture-frame of shells: completed" in said.err and "reproduced within 5 %" in said.out
+    assert "picture-frame, macro: completed" in said.err and "reproduced within 5 %" in said.out
     assert (tmp_path / "h/homogenise.png").is_file()
 
 

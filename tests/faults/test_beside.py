@@ -34,9 +34,8 @@ def test_stopped_directions_go_on_at_the_same_time_and_are_refused_as_one_is(tmp
     config.write_text(text.replace("damping: 0.5 ", "damping: 0.6 "))
     kept = numbers(both / "weft")
     code, said = run("resume", str(both), threads=2)
-    assert (
-        code == 2 and "weft: " in said and "solver.damping was 0.5, is 0.6" in said and numbers(both / "weft") == kept
-    )
+    assert code == 2 and "weft: " in said and "solver.damping was 0.5, is 0.6" in said
+    assert numbers(both / "weft") == kept
     config.write_text(text)
     shutil.rmtree(both / "warp")  # begins anew, while the weft goes on
     code, said = run("resume", str(both), threads=2)
@@ -49,24 +48,15 @@ def test_stopped_directions_go_on_at_the_same_time_and_are_refused_as_one_is(tmp
     assert results(both / "weft") == results(tmp_path / "one")
 
 
-@pytest.mark.parametrize(
-    ("status", "error"),
-    [
-        ("failed", NumericalError),
-        ("invalid", InputError),
-        ("blocked", ResourceError),
-        ("crashed", ResourceError),
-        ("error", KnittestError),
-    ],
-)
-def test_what_ends_a_run_beside_ends_the_command_as_if_it_had_run_here(status, error):
+ERRORS = {"failed": NumericalError, "invalid": InputError, "blocked": ResourceError, "crashed": ResourceError}
+
+
+@pytest.mark.parametrize(("status", "error"), [*ERRORS.items(), ("error", KnittestError)])
+def test_the_error_of_a_parallel_run_ends_the_command_as_if_it_had_run_here(status, error):
+    raise_what_ended(Record("weft", "refused", "it has a result"), "weft")
     with pytest.raises(error, match="weft: node 7") as raised:
         raise_what_ended(Record("k", status, "node 7"), "weft")
     assert type(raised.value) is error
-
-
-def test_a_refused_run_beside_has_a_result():
-    raise_what_ended(Record("weft", "refused", "gate"), "weft")
 
 
 @pytest.mark.parametrize(

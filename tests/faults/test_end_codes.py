@@ -220,7 +220,7 @@ def test_a_pool_leaves_no_file_open():
     errors, connections = ([getattr(c, name) for c in pool.children] for name in ("_errors", "_connection"))
     pool.close()
     assert all(stream.closed for stream in (*errors, *connections))
-    assert [child.pid for child in pool.children] == [None, None]
+    assert [child._process for child in pool.children] == [None, None]
     pool.close()
 
 

@@ -133,7 +133,7 @@ def test_a_killed_process_is_told_of_and_its_specimen_goes_on(alone, tmp_path):
     (told,) = [line for line in said.splitlines() if "SIGKILL" in line]
     (line,) = logged(folder, "said")
     name = f"specimen {line['number'] + 1} of 3 (warp)"
-    assert told == f"knittest: {name}: its process was killed by SIGKILL; tried again"
+    assert told == f"knittest: {name}: its process was killed by SIGKILL; trying again"
     assert [one["number"] for one in logged(folder, "goes on")] == [line["number"]]
     assert_same(folder, alone)
 

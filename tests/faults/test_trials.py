@@ -27,11 +27,6 @@ def run(folder, trials, limit=120.0, pool=None, tell=None) -> dict[str, Record]:
         return {record.key: record for record in runner.run(trials)}
 
 
-def lines(folder) -> list[str]:
-    """Keys in the ledger, in order."""
-    return [json.loads(line)["key"] for line in (folder / "ledger.jsonl").read_text().splitlines()]
-
-
 class Counting:
     """A pool that runs nothing and counts what it was asked for."""
 
@@ -61,7 +56,8 @@ def test_a_killed_process_loses_nothing_and_its_trial_runs_again_to_the_same_bit
     assert [at > 0.0 for at in resumed_at(place)] == [True]  # from its checkpoint
     with TrialRunner(tmp_path, Counting(), limit=120.0) as runner:
         assert {r.key: r.status for r in runner.run([quick, slow])} == {k: r.status for k, r in records.items()}
-    assert sorted(lines(tmp_path)) == sorted(records)
+    ledger = (tmp_path / "ledger.jsonl").read_text().splitlines()
+    assert sorted(json.loads(line)["key"] for line in ledger) == sorted(records)
 
 
 def test_a_process_that_always_dies_is_given_up_and_tried_again_by_the_next_command(tmp_path, monkeypatch):
@@ -82,7 +78,7 @@ def test_a_process_that_hangs_is_killed_at_the_limit_and_the_others_go_on(tmp_pa
     stopper = meanwhile(lambda: os.kill(process_in(tmp_path / "trials" / hanging.key), signal.SIGSTOP))
     records = run(tmp_path, [hanging, quick], limit=8.0)
     stopper.join()
-    assert records[hanging.key].status == "timeout" and records[hanging.key].reason == "not done after 8 s"
+    assert records[hanging.key].status == "timeout" and records[hanging.key].reason == "not finished after 8 s"
     assert records[quick.key].status == "refused"
     same, longer = Counting(), Counting()
     run(tmp_path, [hanging, quick], limit=8.0, pool=same)
@@ -158,19 +154,6 @@ def test_a_damaged_ledger_line_is_told_and_its_trial_found_in_its_folder_or_run_
     assert len(told) == 3  # the torn line was ended, so the next one is whole
 
 
-def test_a_settled_record_stands_whatever_a_later_line_says(tmp_path):
-    with Ledger(tmp_path / "ledger.jsonl") as ledger:
-        for status in ("crashed", "completed", "timeout"):
-            ledger.add(Record("a", status))
-    assert read_ledgers(tmp_path, print)["a"].status == "completed"
-
-
-def test_one_process_a_ledger(tmp_path):
-    with Ledger(tmp_path / "ledger.jsonl"), pytest.raises(ResourceError, match="another process is at work here"):
-        run(tmp_path, [trial()], pool=Counting())
-    run(tmp_path, [trial()], pool=Counting())
-
-
 def test_the_key_follows_config_code_and_data(monkeypatch, tmp_path):
     base = trial()
     assert trial().key == base.key
@@ -186,13 +169,19 @@ def test_the_key_follows_config_code_and_data(monkeypatch, tmp_path):
     assert trial().key != base.key
 
 
-def test_duplicates_run_once(tmp_path):
-    pool = Counting()
-    run(tmp_path, [trial(), trial(), trial(20.0)], pool=pool)
-    assert len(pool.asked) == 2
-
-
 def test_changed_code_stops_the_trials(tmp_path, monkeypatch):
     monkeypatch.setattr(child_module, "code_digest", lambda: "other")
     with pytest.raises(ResourceError, match="changed while"):
         run(tmp_path, [trial()])
+
+
+def test_a_ledger_is_of_one_process_runs_each_trial_once_and_keeps_settled_records(tmp_path):
+    pool, ledger = Counting(), tmp_path / "ledger.jsonl"
+    with Ledger(ledger), pytest.raises(ResourceError, match="another process runs this study"):
+        run(tmp_path, [trial()], pool=pool)
+    run(tmp_path, [trial(), trial(), trial(20.0)], pool=pool)
+    assert len(pool.asked) == 2
+    with Ledger(ledger) as open_ledger:
+        for status in ("crashed", "completed", "timeout"):
+            open_ledger.add(Record("a", status))
+    assert read_ledgers(tmp_path, print)["a"].status == "completed"

@@ -1,12 +1,13 @@
 """Calibrations whose trials are formulas instead of simulations."""
 
 import json
+import signal
 from pathlib import Path
 
 import numpy as np
 
 from knittest.studies.calibrate import command
-from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.studies.calibrate.command import CalibrateOptions, run_calibration
 from knittest.studies.trials.trial import Record
 
 BEND = """
@@ -63,6 +64,7 @@ class Pretending:
 
     def run(self, trials, place, limit, options, watch):
         for trial in trials:
+            watch(trial, 0.0)
             self.asked.append(trial.key)
             status = self._ends(trial)
             if status != "completed":
@@ -79,12 +81,26 @@ class Pretending:
         pass
 
 
+class Stopping(Pretending):
+    """A pool that is interrupted by a signal when ``at`` trials were asked for."""
+
+    def __init__(self, at: int, results=bending):
+        super().__init__(results)
+        self._at = at
+
+    def run(self, *arguments):
+        for record in super().run(*arguments):
+            if len(self.asked) == self._at:
+                signal.raise_signal(signal.SIGINT)
+            yield record
+
+
 def calibrate(text: str, folder: Path, monkeypatch, pool) -> int:
     """Exit code of the calibration ``text`` in ``folder``."""
     (folder / "c.yaml").write_text(text)
     monkeypatch.chdir(folder)
     monkeypatch.setattr(command, "LocalPool", lambda workers, threads: pool)
-    return calibrate_command(Path("c.yaml"), CalibrateOptions(quiet=True))
+    return run_calibration(Path("c.yaml"), CalibrateOptions(quiet=True)).exit_code
 
 
 def outcome(folder: Path) -> dict:

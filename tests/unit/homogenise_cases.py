@@ -9,7 +9,7 @@ from knittest.config.fabric import CARD
 from knittest.config.loading import resolve
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.studies.homogenise import command
-from knittest.studies.homogenise.command import HomogeniseOptions, homogenise_command
+from knittest.studies.homogenise.command import HomogeniseOptions, run_homogenisation
 from knittest.studies.homogenise.plan import Request, overhang, width
 from knittest.studies.trials.trial import Record
 
@@ -113,7 +113,8 @@ def homogenise(folder: Path, monkeypatch, pool, request: Request | None = None, 
     if not picture:
         monkeypatch.setattr(command, "homogenise_picture", lambda *arguments: None)
     options = HomogeniseOptions(out=OUT, quiet=True)
-    return homogenise_command(request or Request(variant="2", preset="quick"), options, "knittest homogenise ...")
+    request = request or Request(variant="2", preset="quick")
+    return run_homogenisation(request, options, "knittest homogenise ...").exit_code
 
 
 def outcome(folder: Path) -> dict:

@@ -21,43 +21,6 @@ grid:
 """
 
 
-def swept(folder: Path, text: str = SWEEP) -> Path:
-    path = folder / "sweep.yaml"
-    path.write_text(text)
-    return path
-
-
-@pytest.mark.parametrize("accepted", [False, True])
-def test_a_sweep(accepted: bool, tmp_path: Path) -> None:
-    plan = plan_of(load_yaml(swept(tmp_path)), accepted)
-    runs = [row.trial.run for row in plan.rows() if row.trial]
-    assert [len(loosened(run)) for run in runs] == [0, 1]
-    assert [run.accept_limits for run in runs] == [accepted, accepted]
-
-
-def test_a_sweep_over_acceptance_is_refused(tmp_path: Path) -> None:
-    text = SWEEP.replace("solver.max_kinetic_ratio: [5.0, 50.0]", "accept_limits: [true]")
-    with pytest.raises(InputError, match="only --accept-limits says so"):
-        plan_of(load_yaml(swept(tmp_path, text))).rows()
-
-
-def test_the_table_of_a_sweep_names_looser_limits(tmp_path: Path) -> None:
-    plan = plan_of(load_yaml(swept(tmp_path)), True)
-    rows = plan.rows()
-    keys = [row.trial.key for row in rows if row.trial]
-    limits = [{"name": "solver.max_kinetic_ratio", "value": 50.0, "preset": 5.0, "unit": "%", "accepted": True}]
-    records = {
-        keys[0]: Record(keys[0], "completed", summary={"limits": []}),
-        keys[1]: Record(keys[1], "completed", summary={"limits": limits}),
-    }
-    column = results_table(plan, rows, records)["looser_limits"]
-    assert [str(value) for value in column] == ["nan", "solver.max_kinetic_ratio=50.0"]
-    assert looser_note(records.values()) == [
-        "limits looser than the preset's, accepted by --accept-limits: solver.max_kinetic_ratio=50.0"
-    ]
-    assert looser_note([records[keys[0]]]) == []
-
-
 @pytest.mark.parametrize("accepted", [False, True])
 def test_a_calibration_and_a_homogenisation(accepted: bool) -> None:
     problem = problem_of(load_yaml(configs_dir() / "calibrations" / "v1-friction.yaml"), accepted)
@@ -65,3 +28,24 @@ def test_a_calibration_and_a_homogenisation(accepted: bool) -> None:
     request = Request(variant="1", preset="quick", sets=("solver.max_damping=9",), accept_limits=accepted)
     run = yarn_run(request, PIECES[0])
     assert len(loosened(run)) == 1 and run.accept_limits == accepted
+
+
+def test_a_sweep_and_its_table(tmp_path: Path) -> None:
+    path = tmp_path / "sweep.yaml"
+    path.write_text(SWEEP)
+    for accepted in (False, True):
+        plan = plan_of(load_yaml(path), accepted)
+        rows = plan.rows()
+        runs = [row.trial.run for row in rows if row.trial]
+        assert [len(loosened(run)) for run in runs] == [0, 1] and {run.accept_limits for run in runs} == {accepted}
+    first, second = (row.trial.key for row in rows if row.trial)
+    limits = [{"name": "solver.max_kinetic_ratio", "value": 50.0, "preset": 5.0, "unit": "%", "accepted": True}]
+    summaries = {first: {"limits": []}, second: {"limits": limits}}
+    found = {key: Record(key, "completed", summary=one) for key, one in summaries.items()}
+    column = results_table(plan, rows, found)["looser_limits"]
+    assert [str(value) for value in column] == ["nan", "solver.max_kinetic_ratio=50.0"]
+    assert "--accept-limits: solver.max_kinetic_ratio=50.0" in looser_note(found.values())[0]
+    assert looser_note([found[first]]) == []
+    path.write_text(SWEEP.replace("solver.max_kinetic_ratio: [5.0, 50.0]", "accept_limits: [true]"))
+    with pytest.raises(InputError, match="only --accept-limits says so"):
+        plan_of(load_yaml(path)).rows()

@@ -7,13 +7,13 @@ import types
 from pathlib import Path
 
 import pytest
-from calibration_cases import TWO, WARP, WEFT, Pretending, calibrate, outcome, values
+from calibration_cases import TWO, WARP, WEFT, Pretending, Stopping, calibrate, outcome, values
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupted
 from knittest.cli.main import run as knittest
 from knittest.studies.calibrate import command, optuna_search
-from knittest.studies.calibrate.command import CalibrateOptions, calibrate_command
+from knittest.studies.calibrate.command import CalibrateOptions, run_calibration
 
 optuna = pytest.importorskip("optuna")
 
@@ -54,15 +54,8 @@ def test_several_parameters_are_found_and_kept(tmp_path, monkeypatch):
 
 
 def test_an_interrupted_search_goes_on_without_repeating(tmp_path, monkeypatch):
-    class Stopping(Pretending):
-        def run(self, *arguments):
-            for record in super().run(*arguments):
-                if len(self.asked) == 22:
-                    raise Interrupted("stopped by SIGINT")
-                yield record
-
-    first, second, third, whole = Stopping(), Pretending(), Pretending(), Pretending()
-    with pytest.raises(Interrupted, match="go on with the same command"):
+    first, second, third, whole = Stopping(22), Pretending(), Pretending(), Pretending()
+    with pytest.raises(Interrupted, match="run the same command again to resume"):
         calibrate(OPTUNA, tmp_path, monkeypatch, first)
     running = [t.number for t in study(tmp_path).trials if t.state == optuna.trial.TrialState.RUNNING]
     assert running == [8, 9, 10, 11]
@@ -89,22 +82,11 @@ def test_a_lost_trial_is_in_the_database_with_its_reason(tmp_path, monkeypatch, 
     assert {t.user_attrs["reason"] for t in gone} == {reason}
 
 
-def test_a_search_without_any_number_says_so(tmp_path, monkeypatch):
-    assert calibrate(OPTUNA, tmp_path, monkeypatch, Pretending(ends=lambda trial: "failed")) == 3
-    assert "none of 24 points gives a number" in outcome(tmp_path)["reason"]
-
-
-def test_another_database_is_used(tmp_path, monkeypatch):
-    url = f"sqlite:///{tmp_path}/shared.db"
-    assert calibrate(f"{OPTUNA}storage: {url}\n", tmp_path, monkeypatch, Pretending()) == 0
-    assert len(study(tmp_path, url).trials) == 24 and not (tmp_path / RESULT / "optuna.db").exists()
-
-
 @pytest.mark.parametrize(
     ("url", "code", "said"),
     [
-        ("nonsense", 2, "--storage: no URL of a database that is known: Could not parse"),
-        ("klingon://here/x", 2, "--storage: no URL of a database that is known: Can't load plugin"),
+        ("nonsense", 2, "--storage: not the URL of a known database: Could not parse"),
+        ("klingon://here/x", 2, "--storage: not the URL of a known database: Can't load plugin"),
         ("sqlite:////no/such/folder/x.db", 4, "the database does not answer: unable to open database file"),
         ("sqlite:///text.db", 4, "the database does not answer: file is not a database"),
     ],
@@ -117,15 +99,10 @@ def test_a_broken_database_is_told_before_anything_runs(tmp_path, monkeypatch, c
     assert said in capsys.readouterr().err and not Path("runs").exists()
 
 
-def test_a_missing_driver_is_named(monkeypatch):
+def test_a_missing_driver_or_server_is_named_without_the_password(monkeypatch):
     monkeypatch.setitem(sys.modules, "psycopg2", None)
-    with pytest.raises(
-        InputError, match=r"psycopg2://me:\*\*\*@h/n: the driver of this database is not installed: .*psycopg2"
-    ):
+    with pytest.raises(InputError, match=r"//me:\*\*\*@h/n: the driver of this database is not installed: .*psycopg2"):
         optuna_search.open_storage("postgresql+psycopg2://me:secret@h/n", "--storage")
-
-
-def test_a_server_that_is_not_there_is_told_without_its_password(monkeypatch):
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -144,7 +121,7 @@ def test_a_lost_database_keeps_what_is_finished(tmp_path, monkeypatch):
             if len(self.asked) >= 8:
                 (tmp_path / RESULT / "optuna.db").write_bytes(b"broken " * 4000)
 
-    with pytest.raises(ResourceError, match="what is finished is kept"):
+    with pytest.raises(ResourceError, match="finished runs are kept"):
         calibrate(OPTUNA, tmp_path, monkeypatch, Breaking())
     (tmp_path / RESULT / "optuna.db").unlink()
     second = Pretending()
@@ -152,14 +129,16 @@ def test_a_lost_database_keeps_what_is_finished(tmp_path, monkeypatch):
     assert values(tmp_path) == pytest.approx([WARP, WEFT], rel=WIDE)
 
 
-def test_where_it_does_not_belong_or_is_missing(tmp_path, monkeypatch):
-    with pytest.raises(InputError, match=r"c.yaml:12: storage: only method = optuna has a database"):
+def test_another_database_is_used_where_it_belongs_if_optuna_is_installed(tmp_path, monkeypatch):
+    url = f"sqlite:///{tmp_path}/shared.db"
+    assert calibrate(f"{OPTUNA}storage: {url}\n", tmp_path, monkeypatch, Pretending()) == 0
+    assert len(study(tmp_path, url).trials) == 24 and not (tmp_path / RESULT / "optuna.db").exists()
+    with pytest.raises(InputError, match=r"c.yaml:12: storage: only method = optuna uses a database"):
         calibrate(OPTUNA.replace("method: optuna", "storage: sqlite://"), tmp_path, monkeypatch, Pretending())
     (tmp_path / "c.yaml").write_text(OPTUNA.replace("method: optuna", ""))
-    with pytest.raises(InputError, match="--storage: only method = optuna has a database, this is least-squares"):
-        calibrate_command(tmp_path / "c.yaml", CalibrateOptions(storage="sqlite://"))
+    with pytest.raises(InputError, match="--storage: only method = optuna uses a database, not least-squares"):
+        run_calibration(tmp_path / "c.yaml", CalibrateOptions(storage="sqlite://"))
     found = importlib.util.find_spec
-    monkeypatch.setattr(optuna_search, "find_spec", lambda name: None if name == "optuna" else found(name))
-    with pytest.raises(InputError, match=r"Optuna is not installed here: pip install 'knittest\[calibrate\]'"):
+    monkeypatch.setattr(command, "find_spec", lambda name: None if name == "optuna" else found(name))
+    with pytest.raises(InputError, match=r"Optuna is not installed: pip install 'knittest\[calibrate\]'"):
         calibrate(OPTUNA, tmp_path, monkeypatch, Pretending())
-    assert not RESULT.exists()

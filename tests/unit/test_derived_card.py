@@ -114,7 +114,7 @@ def test_a_path_is_tried_again_and_its_rejected_law_decides_no_test(pool, monkey
     assert [run.solver.speed / tried[0].solver.speed for run in tried] == [1.0, 0.5, 1.0, 0.5]
     assert [run.solver.safety for run in tried] == [0.9, 0.6, 0.9, 0.6]
     assert "failed its quality checks: refused on purpose" in strip.fabric.macro.shear.ref
-    with pytest.raises(NumericalError, match=r"macro\.shear is left out and cannot be derived from the yarns"):
+    with pytest.raises(NumericalError, match=r"macro\.shear is missing and cannot be derived from the yarns"):
         with_cards([shells(test="picture-frame")], quiet=True)
     assert len(asked) == 4  # the cache knows it
 

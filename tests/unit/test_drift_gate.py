@@ -75,11 +75,9 @@ def test_a_number_that_lost_or_found_its_value_fails(tmp_path, value):
     found = reasons(tmp_path, stored(tmp_path, one), both)
     assert found == ["onset: 12 now, no value in the baseline"]
     assert reasons(tmp_path, stored(tmp_path, one), one) == []
-    assert reasons(tmp_path, stored(tmp_path, one, sometimes=["onset"]), both) == []
-
-
-def test_a_run_without_any_number_fails(tmp_path):
     assert "without a number" in reasons(tmp_path, stored(tmp_path, {NAME: 1.0}), {NAME: nan})[0]
+    assert reasons(tmp_path, stored(tmp_path, both, elements=5), both)[0].startswith("elements: 5 stored, 4 now")
+    assert reasons(tmp_path, stored(tmp_path, one, sometimes=["onset"]), both) == []
 
 
 @pytest.mark.parametrize(
@@ -87,8 +85,8 @@ def test_a_run_without_any_number_fails(tmp_path):
     [
         (ALONG[:35], np.minimum(ALONG, 34.0)[:35] / 2.0, f"curve, end in {X}: 40 stored, 34 now"),
         (ALONG[5:], ALONG[5:] / 2.0, f"curve, end in {X}: 0 stored, 5 now"),
-        (ALONG, np.where(ALONG == 21.0, nan, ALONG / 2.0), "no numbers"),
-        (np.where(ALONG == 21.0, nan, ALONG), ALONG / 2.0, "no numbers"),
+        (ALONG, np.where(ALONG == 21.0, nan, ALONG / 2.0), "not finite"),
+        (np.where(ALONG == 21.0, nan, ALONG), ALONG / 2.0, "not finite"),
         (ALONG[:1], ALONG[:1] + 1.0, "no length"),
         (ALONG, 0.0 * ALONG, "no height"),
     ],
@@ -112,29 +110,18 @@ def test_a_baseline_without_the_curve_or_with_one_of_something_else_fails(tmp_pa
     assert text == f"the baseline has a curve of pull_n over {X}, the test of {Y} over {X}"
 
 
-def test_an_entry_of_another_size_fails(tmp_path):
-    entry = stored(tmp_path, {NAME: 1.0}, elements=5)
-    assert reasons(tmp_path, entry, {NAME: 1.0})[0].startswith("elements: 5 stored, 4 now")
-
-
 @pytest.mark.parametrize(
     ("path", "value", "said"),
     [
         (("scatter", NAME), nan, f"scatter.{NAME}: Input should be a finite number"),
-        (("scatter", NAME), -1.0, f"scatter.{NAME}: Input should be greater than or equal to 0"),
         (("scatter", "other"), 1.0, "scatter, ranges: expected one for each number in results: other"),
-        (("scatter",), {}, f"expected one for each number in results: {NAME}"),
         (("runs",), 1, "scatter, ranges: expected none of 1 run"),
         (("curve", "scatter"), [0.0], "curve: scatter has 1 values, y 3"),
-        (("curve", "scatter"), [], "curve.scatter: expected that of 12 runs"),
-        (("curve", "scatter", 1), -0.1, "curve.scatter.1: Input should be greater"),
         (("curve", "y"), [0.0, 1.0], "curve: y has 2 values, x 3"),
-        (("curve", "y"), [0.0, nan, 1.0], "curve.y.1: Input should be a finite number"),
         (("curve", "y"), [0.0, 0.0, 0.0], "curve: y: expected values other than 0"),
         (("curve", "x"), [0.0, 2.0, 1.0], "curve: x: expected values that grow"),
         (("results",), {}, "results: Dictionary should have at least 1 item"),
-        (("results", NAME), nan, f"results.{NAME}: Input should be a finite number"),
-        (("ranges", COUNT), [3, 4], f"ranges.{COUNT}: 3 to 4 does not hold the mean 2.5"),
+        (("ranges", COUNT), [3, 4], f"ranges.{COUNT}: 3 to 4 does not contain the mean 2.5"),
     ],
 )
 def test_a_baseline_with_a_wrong_field_is_refused_by_file_run_and_field(tmp_path, path, value, said):

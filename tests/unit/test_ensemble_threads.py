@@ -12,24 +12,18 @@ from knittest.runs.execute import naming
 from knittest.studies.trials import beside
 from knittest.studies.trials.beside import rounds
 from knittest.studies.trials.trial import Record
-from knittest.studies.trials.work import _Heard
+from knittest.studies.trials.work import _StandardError
 
 YARNS = {"test": "tensile", "variant": "2", "direction": "warp", "preset": "quick"}
 
 
 @pytest.mark.parametrize(
     ("left", "threads", "expected"),
-    [
-        (4, 2, [(4, 1)]),
-        (3, 2, [(2, 1)]),  # the third in the process of the command, with two threads
-        (2, 4, [(2, 2)]),
-        (3, 4, [(3, 1)]),
-        (6, 4, [(4, 1), (2, 2)]),
-        (1, 4, []),
-        (0, 4, []),
-        (4, 1, []),
+    [  # a single last one runs in the process of the command
+        (4, 2, [(4, 1)]), (3, 2, [(2, 1)]), (2, 4, [(2, 2)]), (3, 4, [(3, 1)]), (6, 4, [(4, 1), (2, 2)]),
+        (1, 4, []), (0, 4, []), (4, 1, []),
     ],
-)
+)  # fmt: skip
 def test_specimens_at_a_time_and_their_threads(left, threads, expected):
     found = rounds(range(left), threads)
     assert [(len(numbers), each) for numbers, each in found] == expected
@@ -96,36 +90,28 @@ def run_ahead(path, threads, monkeypatch, *, scale="meso", specimens=4, kept=())
 
 
 def test_those_that_are_left_in_the_folder_of_the_run_which_stays_locked(asked, tmp_path, monkeypatch):
+    run_ahead(tmp_path, 2, monkeypatch)
+    assert asked["pools"] == [(2, 1, (7,))] and len(asked["specimens"]) == 4
+    for done in ("pools", "specimens"):
+        asked[done].clear()
     _, shown = run_ahead(tmp_path, 8, monkeypatch, kept=(0,))
-    assert asked["pools"] == [(3, 2, (7,))] and asked["closed"] == 1
+    assert asked["pools"] == [(3, 2, (7,))] and asked["closed"] == 2
     assert asked["specimens"] == [(k, tmp_path) for k in (1, 2, 3)]
     assert shown.phases == [("warp: running 3 specimens of 4, 3 at a time", True)]
     assert shown.shares == pytest.approx([1 / 6, 2 / 6, 3 / 6, 4 / 6, 5 / 6, 1.0])
 
 
-def test_no_more_at_a_time_than_there_are_threads(asked, tmp_path, monkeypatch):
-    run_ahead(tmp_path, 2, monkeypatch)
-    assert asked["pools"] == [(2, 1, (7,))] and len(asked["specimens"]) == 4
-
-
 def test_logs_and_words_of_the_processes_are_those_of_the_run_by_specimen(asked, tmp_path, monkeypatch, capsys):
     folder, _ = run_ahead(tmp_path, 2, monkeypatch, specimens=2)
-    assert folder.logged == [
-        line
-        for k in range(2)
-        for line in (
-            ("overlap", {"number": k, "contacts": 3}),
-            ("said", {"number": k, "text": "knittest: a frame is damaged"}),
-        )
-    ]
-    assert capsys.readouterr().err.splitlines() == [
-        f"knittest: specimen {k} of 2 (warp): a frame is damaged" for k in (1, 2)
-    ]
+    lines = [("overlap", {"contacts": 3}), ("said", {"text": "knittest: a frame is damaged"})]
+    assert folder.logged == [(event, {"number": k, **fields}) for k in range(2) for event, fields in lines]
+    shown = [f"knittest: specimen {k} of 2 (warp): a frame is damaged" for k in (1, 2)]
+    assert capsys.readouterr().err.splitlines() == shown
 
 
 def test_a_process_passes_on_the_lines_of_its_standard_error():
     told, stream = [], io.StringIO()
-    heard = _Heard(stream, lambda what, value: told.append((what, value)))
+    heard = _StandardError(stream, lambda what, value: told.append((what, value)))
     for text in ("knittest: a ", "frame\n\nsecond\nthi", "rd"):
         print(text, end="", file=heard, flush=True)
     assert told == [("log", ("said", {"text": "knittest: a frame"})), ("log", ("said", {"text": "second"}))]

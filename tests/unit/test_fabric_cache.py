@@ -16,7 +16,7 @@ from knittest.fabric import relax
 from knittest.fabric.cell import Cell, cell_digest, cell_path, load_cell, save_cell
 from knittest.runs.execute import _opened
 from knittest.runs.opening import NewFolder
-from knittest.studies.command import _beside
+from knittest.studies.command import _parallel_runs
 
 
 @pytest.fixture(autouse=True)
@@ -149,7 +149,7 @@ def test_the_relaxation_is_announced_once_by_runs_side_by_side_and_only_where_th
     runs = [resolve(variant="1", scale="meso", direction=direction) for direction in ("warp", "weft")]
     places = [NewFolder(tmp_path / run.direction) for run in runs]
     progress = Announced()
-    _beside(list(zip(runs, places, strict=True)), progress)
+    _parallel_runs(list(zip(runs, places, strict=True)), progress)
     with Interrupts() as interrupts, interrupts.deciding():
         for run, place in zip(runs, places, strict=True):
             with _opened(run, place, interrupts, progress):

@@ -229,5 +229,5 @@ targets:
 
     (one,) = targets("crossing_friction_at_rest_n")
     assert (one.mean, one.sd) == (pytest.approx(FRICTION, rel=3e-3), pytest.approx(0.001, rel=3e-3))
-    with pytest.raises(InputError, match=r"pull_out_at_rest_n: not compared: .*rig\.length=50.*or give value and sd"):
+    with pytest.raises(InputError, match=r"pull_out_at_rest_n: not compared: .*rig\.length=50.*or add value and sd"):
         targets("pull_out_at_rest_n")

@@ -50,9 +50,6 @@ def test_tests_without_a_direction_run_once_and_others_in_both():
     assert [(r.trial.run.rig.kind, r.trial.run.direction) for r in rows] == [
         ("picture-frame", ""), ("tensile", "warp"), ("tensile", "weft"),
     ]  # fmt: skip
-
-
-def test_a_swept_direction_replaces_the_default():
     rows = plan("base: {variant: 1, scale: macro}\ngrid: {rig.direction: [weft]}").rows()
     assert [row.trial.run.direction for row in rows] == ["weft"]
 
@@ -65,6 +62,8 @@ def test_ranges_are_even_and_whole_where_they_can_be():
     assert values == [0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0]
     seeds = plan(text % ("variability.seed", 1, 5, 5, "linear")).rows()
     assert [row.trial.run.variability.seed for row in seeds] == [1, 2, 3, 4, 5]
+    text = BASE + "sample: {n: 5, fields: {variability.seed: {low: 1, high: 1000, whole: true}}}"
+    assert all(isinstance(row.trial.run.variability.seed, int) for row in plan(text).rows())
 
 
 def test_a_latin_hypercube_has_one_point_in_every_stratum():
@@ -87,13 +86,10 @@ def test_a_latin_hypercube_has_one_point_in_every_stratum():
     ],
 )
 def test_draws_follow_their_distribution(method, distribution, law):
-    assert stats.kstest(sample(method, a=distribution)[:, 0], law.cdf).pvalue > 0.01
-
-
-def test_draws_depend_on_the_seed_only():
-    one = {"a": {"low": 0.0, "high": 1.0}}
-    assert (sample(n=9, **one) == sample(n=9, **one)).all()
-    assert (sample(n=9, **one) != sample(n=9, seed=2, **one)).all()
+    points = sample(method, a=distribution)
+    assert stats.kstest(points[:, 0], law.cdf).pvalue > 0.01
+    assert (points == sample(method, a=distribution)).all()
+    assert (points != sample(method, seed=2, a=distribution)).all()
 
 
 def test_what_is_too_much_is_counted_without_making_it():
@@ -102,19 +98,16 @@ def test_what_is_too_much_is_counted_without_making_it():
     assert plan(text).count == 99999999999**2
 
 
-def test_whole_draws_are_whole():
-    text = BASE + "sample: {n: 5, fields: {variability.seed: {low: 1, high: 1000, whole: true}}}"
-    assert all(isinstance(row.trial.run.variability.seed, int) for row in plan(text).rows())
-
-
 def test_a_drawn_value_that_is_refused_is_a_row_and_the_others_run():
     text = BASE + "sample: {n: 8, fields:\n  {rig.width: {low: -50, high: 60}}}"
     rows = plan(text).rows()
     bad = [row for row in rows if row.trial is None]
     assert 0 < len(bad) < len(rows)
     assert all(row.problem.startswith("s.yaml:3: rig.width = ") for row in bad)
-    with pytest.raises(InputError, match=r"s\.yaml:3: rig\.width = -\d.*must be greater than 0"):
-        plan(text.replace("high: 60", "high: -1")).rows()
+    listed = BASE + "grid:\n  rig.width: [20, -20]\nsample: {n: 3, fields: {solver.speed: {low: 1, high: 2}}}"
+    for stops in (text.replace("high: 60", "high: -1"), listed):
+        with pytest.raises(InputError, match=r"s\.yaml:3: rig\.width = -\d.*must be greater than 0"):
+            plan(stops).rows()
 
 
 @pytest.mark.parametrize(
@@ -135,22 +128,11 @@ def test_a_null_takes_a_number_of_the_fabric_away(tmp_path, block):
     assert (bare.tension is None) == (block[0] == "g")
 
 
-def test_a_null_for_a_number_that_must_be_there_is_refused():
-    with pytest.raises(InputError, match=r"s\.yaml:2: fabric\.thickness: expected a number in mm.*found nothing"):
-        plan(BASE + "grid: {fabric.thickness: [null]}").rows()
-
-
 def test_files_are_found_from_the_folder_of_the_sweep(tmp_path):
     (tmp_path / "rig.yaml").write_text("rig: {width: 30}\n")
     (tmp_path / "mine.yaml").write_bytes((configs_dir() / "fabrics" / "pham2019-v2.yaml").read_bytes())
     rows = plan("base: {fabric: mine.yaml, config: rig.yaml, scale: macro, direction: warp}", tmp_path).rows()
     assert (rows[0].trial.run.fabric.name, rows[0].trial.run.rig.width) == ("pham2019-v2", 30.0)
-
-
-def test_a_listed_value_that_is_refused_with_all_draws_stops_the_sweep():
-    text = BASE + "grid:\n  rig.width: [20, -20]\nsample: {n: 3, fields: {solver.speed: {low: 1, high: 2}}}"
-    with pytest.raises(InputError, match=r"s\.yaml:3: rig\.width = -20: must be greater than 0"):
-        plan(text).rows()
 
 
 def test_the_sweep_in_the_documentation_is_one():
@@ -174,29 +156,19 @@ def test_shipped_sweeps_are_planned(path):
     ("text", "said"),
     [
         ("bse: {}", 's.yaml:1: bse: unknown field (did you mean "base"?)'),
-        ("grid: {}", "s.yaml:1: base: missing"),
-        ("base: {varient: 1}", 's.yaml:1: base.varient: unknown field (did you mean "variant"?)'),
         ("base: {variant: 9}", "s.yaml:1: --variant 9: unknown fabric"),
         ("base: {scale: macro}", "s.yaml:1: base: no fabric is given"),
         ("base: {variant: 1, test: tensil}", "s.yaml:1: base.test = 'tensil': unknown test (did you mean"),
         ("base: {variant: 1, direction: wrap}", "s.yaml:1: base.direction = 'wrap': expected warp, weft or both"),
-        ("base: {variant: 1, scale: mcro}", "s.yaml:1: model.scale = 'mcro': unknown choice"),
         ("base: {variant: 1, fabric: no.yaml}", "s.yaml:1: base.fabric: no such file: "),
         (BASE + "grid:\n  rig.widht: [1]", 's.yaml:3: rig.widht: unknown field (did you mean "width"?)'),
         (BASE + "grid:\n  rig.width: [20, -1]", "s.yaml:3: rig.width = -1: must be greater than 0 mm"),
         (BASE + "grid:\n  rig.width: [20, wide]", "s.yaml:3: rig.width = 'wide': expected a number in mm"),
-        (BASE + "grid:\n  rig.width: []", "s.yaml:3: grid.rig.width"),
-        (BASE + "grid:\n  rig.width: 20", "s.yaml:3: grid.rig.width = 20: "),
+        (BASE + "grid: {fabric.thickness: [null]}", "s.yaml:2: fabric.thickness: expected a number in mm"),
         (BASE + "grid:\n  rig..width: [20]", "s.yaml:3: 'rig..width': expected the dotted path"),
         (BASE + "range:\n  rig.width:\n    low: 5\n    high: 3\n    steps: 3", "s.yaml:5: range.rig.width.high = 3: "),
-        (BASE + "range:\n  rig.width: {low: 0, high: 3, steps: 3, spacing: log}", "low = 0: must be greater than 0"),
-        (BASE + "range:\n  rig.width: {low: 5, high: 9, steps: 1}", "s.yaml:3: range.rig.width.steps = 1"),
-        (BASE + "sample:\n  n: 0\n  fields: {rig.width: {low: 5, high: 9}}", "s.yaml:3: sample.n = 0"),
         (BASE + "sample: {n: 3, fields: {rig.width: {low: 9, high: 5}}}", "must be greater than low = 9"),
-        (BASE + "sample: {n: 3, fields: {rig.width: {low: 9}}}", "a uniform distribution needs low and high"),
         (BASE + "sample: {n: 3, fields: {rig.width: {kind: normal, mean: 9}}}", "a normal distribution needs mean"),
-        (BASE + "sample: {n: 3, fields: {rig.width: {low: 5, high: 9, sd: 1}}}", "a uniform distribution has none"),
-        (BASE + "sample: {n: 3, method: sobol, fields: {rig.width: {low: 5, high: 9}}}", "s.yaml:2: sample.method"),
         (BASE + "grid: {rig.width: [20]}\nrange:\n  rig.width: {low: 5, high: 9, steps: 2}",
          "s.yaml:4: rig.width: given twice, first at s.yaml:2"),
         (BASE + "grid: {model.scale: [macro]}", "s.yaml:2: model.scale: given twice, first at s.yaml:1"),
@@ -206,9 +178,6 @@ def test_shipped_sweeps_are_planned(path):
         ("base: {variant: 1, scale: macro}\ngrid: {rig: [1]}", "s.yaml:2: rig = 1: expected a mapping"),
         (BASE + "grid: {rig.width: [20]}\npoints:\n  [{rig: {width: 30}}]", "s.yaml:3: rig: given twice, first at"),
         (BASE + "grid: {rig.width.mm: [20]}", "s.yaml:2: rig.width: expected a number in mm"),
-        ("base: {variant: [true]}", "s.yaml:1: base.variant = [True]: expected a name or a list of names"),
-        ("base: {variant: 1, test: []}", "s.yaml:1: base.test"),
-        (BASE + "time_limit: -1", "s.yaml:2: time_limit = -1: must be greater than 0 s"),
     ],
 )  # fmt: skip
 def test_bad_sweeps_are_refused_where_they_are_wrong(text, said):

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from browser import needs_browser, seen_on_a_phone
 from html_page import HtmlPage, near
 
 from knittest.base.errors import ResourceError
@@ -13,10 +12,10 @@ from knittest.base.figure import new_figure
 from knittest.cli.main import run
 from knittest.report_page.pictures import light
 from knittest.studies.batch import command
-from knittest.studies.batch.command import BatchOptions, batch_command
+from knittest.studies.batch.command import BatchOptions, run_batch
 from knittest.studies.batch.picture import _experiment, _Group, _scale, shown_results
 from knittest.studies.batch.plan import Swept
-from knittest.studies.trials.trial import Record
+from knittest.studies.trials.trial import Record, record_of
 
 SWEEP = """
 base: {variant: 1, scale: macro, preset: quick, direction: warp}
@@ -31,21 +30,19 @@ class Pretending:
 
     def run(self, trials, place, limit, options, watch):
         for trial in trials:
-            width = trial.run.rig.width
+            width, folder = trial.run.rig.width, place(trial)
             if width == 50.0:
                 raise ResourceError("the disk is full")
-            place(trial).mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
             if width == 20.0:
-                (place(trial) / "report.html").write_text("<!doctype html>")
-            if width == 40.0:
-                yield Record(trial.key, "crashed", "its process died: <b>signal 9</b>")
-                continue
+                (folder / "report.html").write_text("<!doctype html>")
             row = {"quantity": "peak_force_n", "simulated": 10.0 * width, "experiment_mean": 400.0,
                    "experiment_sd": 50.0, "deviation_sd": -4.0, "kind": "predicted", "source": "Table 3"}  # fmt: skip
             refused = [REFUSED] if width == 30.0 else []
             summary = {"results": {"peak_force_n": 10.0 * width}, "comparison": [] if refused else [row],
                        "refused": refused, "quality": {}, "cost": {"cpu_s": 1.5}}  # fmt: skip
-            yield Record(trial.key, "refused" if refused else "completed", "; ".join(refused), summary=summary)
+            dead = Record(trial.key, "crashed", "its process died: <b>signal 9</b>")
+            yield dead if width == 40.0 else record_of(trial.key, summary)
 
     def close(self):
         pass
@@ -57,7 +54,7 @@ def batch(tmp_path, monkeypatch) -> Path:
     monkeypatch.setattr(command, "_pool", lambda _: Pretending())
     Path("s.yaml").write_text(SWEEP)
     with pytest.raises(ResourceError, match="the disk is full"):
-        batch_command(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False)
+        run_batch(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False)
     return Path("runs/batch-s")
 
 
@@ -67,12 +64,12 @@ def page_of(path: Path) -> HtmlPage:
     return page
 
 
-def test_a_sweep_has_its_runs_with_states_reasons_and_links(batch):
+def test_a_sweep_has_its_runs_with_states_reasons_links_picture_and_command(batch):
     page = page_of(batch / "report.html")
-    states = page.tables(page.section("summary"))["How the runs ended"]
+    states = page.tables(page.section("summary"))["Runs by state"]
     assert {row[0]: row[1] for row in states[1:]} == {"completed": "1", "refused": "1", "crashed": "1", "open": "1"}
     text = page.text(page.section("summary"))
-    assert "Not finished; runs left: 1." in text and "Without a result that counts: 2 of 4 runs" in text
+    assert "Not finished; runs left: 1." in text and "2 of 4 runs have no valid result" in text
     ((_, reasons),) = page.tables(page.section("reasons")).items()
     assert reasons[1:] == [["2", "refused", REFUSED], ["3", "crashed", "its process died: <b>signal 9</b>"]]
     ((_, runs),) = page.tables(page.section("runs")).items()
@@ -84,10 +81,6 @@ def test_a_sweep_has_its_runs_with_states_reasons_and_links(batch):
     table = pd.read_csv(batch / "results.csv")
     links = [a.get("href") for a in page.section("runs").iter("a")]
     assert links == [f"{table.folder[0]}/report.html", f"{table.folder[1]}/", f"{table.folder[2]}/"]
-
-
-def test_a_sweep_has_its_picture_and_how_to_repeat_it(batch):
-    page = page_of(batch / "report.html")
     assert [e.get("src") for e in page.all("img")] == [light((batch / "overview.png").read_bytes())]
     text = page.text(page.section("repeat"))
     assert "knittest batch sweep.yaml" in text and "grid: {rig.width: [20, 30, 40, 50]}" in text
@@ -124,24 +117,19 @@ def test_damage_costs_its_own_part_only(batch):
     assert "results.csv: no column reason, test" in page.text() and not list(page.section("runs").iter("a"))
 
 
-@pytest.mark.filterwarnings("error")  # of pandas: what fills an empty column of numbers
-def test_a_column_without_entries_stays_blank(batch):
+@pytest.mark.filterwarnings("error")  # of pandas: an empty column of numbers
+def test_an_empty_column_stays_blank_and_of_very_many_runs_failed_ones_come_first(batch):
     (batch / "results.csv").write_text("run,status,reason,test,folder\n1,completed,,,\n2,completed,,,\n")
     assert run(["report", str(batch)]) == 0
     page = page_of(batch / "report.html")
     assert "nan" not in page.text(page.section("runs")).lower()
-
-
-def test_of_very_many_runs_those_that_went_wrong_come_first(batch):
     rows = "\n".join(f"{k},{'failed' if k > 990 else 'completed'},why,tensile,{k}" for k in range(1, 1001))
     (batch / "results.csv").write_text(f"run,status,reason,test,rig.width\n{rows}\n")
     assert run(["report", str(batch)]) == 0
     page = page_of(batch / "report.html")
     ((caption, runs),) = page.tables(page.section("runs")).items()
-    assert caption.startswith("300 of 1000 runs") and [row[0] for row in runs[1:12]] == [
-        *map(str, range(991, 1001)),
-        "1",
-    ]
+    assert caption.startswith("300 of 1000 runs")
+    assert [row[0] for row in runs[1:12]] == [*map(str, range(991, 1001)), "1"]
 
 
 def test_a_page_that_cannot_be_written_costs_nothing_else(tmp_path, monkeypatch, capsys):
@@ -150,7 +138,7 @@ def test_a_page_that_cannot_be_written_costs_nothing_else(tmp_path, monkeypatch,
     Path("s.yaml").write_text(SWEEP.replace("[20, 30, 40, 50]", "[20]"))
     Path("runs/batch-s/report.html").mkdir(parents=True)
     Path("runs/batch-s/sweep.yaml").write_text("")
-    assert batch_command(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False) == 0
+    assert run_batch(Path("s.yaml"), BatchOptions(quiet=True), lambda _: False).exit_code == 0
     assert "complete, but report.html could not be written" in capsys.readouterr().err
     assert Path("runs/batch-s/results.csv").exists()
 
@@ -162,7 +150,7 @@ def test_what_is_not_given_stands_as_null_in_table_page_and_picture(tmp_path, mo
     Path("s.yaml").write_text(
         f"base: {{variant: 1, scale: meso, direction: warp, set: {{rig.width: 25}}}}\ngrid: {{{DRAW_IN}: {listed}}}"
     )
-    assert batch_command(Path("s.yaml"), BatchOptions(quiet=True, parquet=True), lambda _: False) == 0
+    assert run_batch(Path("s.yaml"), BatchOptions(quiet=True, parquet=True), lambda _: False).exit_code == 0
     folder = Path("runs/batch-s")
     said = listed.strip("[]").split(", ")
     assert list(pd.read_csv(folder / "results.csv", dtype=str, keep_default_na=False)[DRAW_IN]) == said
@@ -174,27 +162,13 @@ def test_what_is_not_given_stands_as_null_in_table_page_and_picture(tmp_path, mo
     assert (folder / "overview.png").is_file()
 
 
-def test_what_is_not_given_has_a_place_of_its_own_on_an_axis():
+def test_the_picture_has_places_for_null_forces_per_width_and_experiments_without_scatter():
     values = pd.Series(["null", 1.0, 2.5], dtype=object)
     assert list(_scale(values, Swept(DRAW_IN, False, False)).places(values)) == [0.0, 1.0, 2.0]
-
-
-@needs_browser
-def test_a_phone_shows_it(batch, tmp_path):
-    seen = seen_on_a_phone(batch / "report.html", tmp_path)
-    assert seen["heading"] == "Sweep batch-s" and seen["wide"] <= seen["window"] <= 390
-    assert seen["images"] == seen["shown"] == 1
-
-
-def test_forces_of_several_widths_stand_per_width_in_one_picture():
     table = pd.DataFrame({"peak_force_n": [100.0, 200.0], "peak_force_n_per_mm": [10.0, 10.0]})
     assert shown_results(table) == ["peak_force_n_per_mm"]
     assert shown_results(table.assign(peak_force_n=[100.0, 100.0])) == ["peak_force_n", "peak_force_n_per_mm"]
     assert shown_results(table[["peak_force_n"]]) == ["peak_force_n"]
-
-
-def test_an_experiment_without_scatter_is_a_line(tmp_path):
-    group = _Group("", "k", pd.DataFrame({"a_experiment_mean": [1.0], "a_experiment_sd": [np.nan]}))
     axes = new_figure(1, 1).add_subplot()
-    _experiment(axes, group, "a")
+    _experiment(axes, _Group("", "k", pd.DataFrame({"a_experiment_mean": [1.0], "a_experiment_sd": [np.nan]})), "a")
     assert len(axes.lines) == 1 and not axes.patches

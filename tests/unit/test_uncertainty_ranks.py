@@ -32,26 +32,22 @@ def test_points_without_a_number_are_left_out_of_a_regression_and_too_few_have_n
     gone = np.where(np.arange(32) % 3 == 0, np.nan, values_)
     assert rank_regression(drawn, gone, 1).coefficient == pytest.approx([0.9, -0.45, 0.0], abs=0.1)
     assert no_regression(drawn, gone) == "" and no_regression(drawn, np.zeros(32)) != ""
-    assert no_regression(drawn, np.where(np.arange(32) < 8, values_, np.nan)).startswith("8 points have a number")
+    assert no_regression(drawn, np.where(np.arange(32) < 8, values_, np.nan)).startswith("8 points have a result")
 
 
 def test_a_sample_runs_two_parts_only_and_ranks_what_ran(tmp_path, monkeypatch):
     def some(trial):
         return {} if values(trial)[1] < 0.6 else shearing(trial)
 
-    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, Pretending(some)) == 3
+    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, Pretending(some), drawn=True) == 3
     found = outcome(tmp_path)
     assert (found["points"], found["runs"], found["design"]) == (32, 64, "sample")
     ratio = variable(tmp_path, "V2/V1 force, 10")
     assert 20 < ratio["count"] < 32 and 0.8 < ratio["explained"] <= 1.0
     by = {one["parameter"]: one for one in ratio["indices"]}
     assert by[DEGREE]["first"] > 0.5 > abs(by[FRICTION]["first"]) - 0.4 and by[DEGREE]["total"] is None
-    assert variable(tmp_path, "V2 onset")["no_indices"] == "it does not change over the prior"
-
-
-def test_a_page_of_a_sample_shows_the_regression(tmp_path, monkeypatch):
-    assert study(STUDY + "design: sample\n", tmp_path, monkeypatch, drawn=True) == 0
     page = HtmlPage(tmp_path / RESULT / "report.html")
     page.check()
     said = page.text(page.section("indices"))
-    assert "Regression of ranks" in said and "(R2 " in said and "total" not in said
+    assert "Rank regression" in said and "(R2 " in said and "total" not in said
+    assert variable(tmp_path, "V2 onset")["no_indices"] == "the quantity does not change over the prior"

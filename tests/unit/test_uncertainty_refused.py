@@ -30,32 +30,21 @@ def refused(old: str, new: str) -> str:
     ("old", "new", "said"),
     [
         (", reason: glass on carbon as handbooks have it", "", "u.yaml:8: parameters.fabric.contact.friction_coeffic"),
-        ("glass on carbon as handbooks have it", "assumed", "expected what is known of it, and from where"),
         ("low: 0.1, high: 0.5", "low: 0.1, high: 2.5", "an end of the prior of fabric.contact.friction_coeff"),
-        ("low: 0.1, high: 0.5", "low: 0.1, high: 2.5", "must be at most 2"),
-        ("low: 0.1, high: 0.5", "low: 0.5, high: 0.1", "must be greater than low = 0.5"),
         ("low: 0.1, high: 0.5", "kind: normal, mean: 0.3, sd: 0.1, low: 0", "a prior ends somewhere"),
-        ("low: 0.1, high: 0.5", "kind: log-uniform, low: 0, high: 0.5", "must be greater than 0"),
         ("contact.friction_coefficient", "contact.friction_coeff", 'did you mean "fabric.contact.friction_'),
-        ("fabric.contact.friction_coefficient", "solver.speed", "expected a field of the fabric or the rig"),
         ("fabric.contact.friction_coefficient", "fabric.knitting.degree_of_set", "degree_of_set"),
         ("rig.max_angle: 45", "fabric.knitting.degree_of_set: 0.9", "degree_of_set: given twice, first at u.yaml:2"),
         ("reason: glass", "also: [fabric.knitting.degree_of_set], reason: glass", "given twice, first at u.yaml:8"),
         ("variant: 2}", "variant: 9}", "u.yaml:5: "),
-        ("variant: 2}", "fabric: none.yaml}", "u.yaml:5: no such file"),
         ("variant: 2}", "variant: 2, fabric: x.yaml}", "u.yaml:5: fabrics.V2: expected variant"),
         ("  V2: {", "  V/2: {", "expected a name without /"),
         (", fabric.reinforcing]", "]", "fabric.reinforcing.bending_stiffness.warp (V1 15.0, V2 28.8); so do "),
         ("differ: [fabric.loop_length, ", "differ: [fabric.loop, ", "fabrics differ in fabric.loop_length (V1 14.4"),
         ("ratios: [[V2, V1]]", "ratios: [[V2, V3]]", "quantities.force.ratios: 'V3': unknown fabric"),
-        ("ratios: [[V2, V1]]", "ratios: [[V2]]", "expected pairs of different fabrics"),
-        ("at: [10, 20]", "at: [20, 10]", "u.yaml:11: quantities.force.at = [20, 10]: must rise"),
         ("quantity: force, of", "quantity: forces, of", "statements.V2 below V1.quantity = 'forces': unknown quantity"),
-        ("of: V2, below: V1", "of: V2", "missing: expected below or above"),
         ("of: V2, below: V1", "of: V2, below: V3", "statements.V2 below V1.below: 'V3': unknown fabric"),
         ("samples: 16", "samples: 24", "u.yaml:15: samples = 24: expected a power of two, 16 or 32"),
-        ("scale: meso", "scale: micro", "u.yaml:2: base.scale"),
-        ("rig.max_angle: 45", "rig.angle: 45", "u.yaml:2: rig.angle"),
     ],
 )  # fmt: skip
 def test_bad_files_are_refused_where_they_are_wrong(old, new, said):
@@ -81,34 +70,25 @@ def test_fields_beside_a_parameter_take_its_value():
     assert crimp.warp.value == crimp.weft.value == 0.65
 
 
-def test_one_parameter_is_a_sweep():
-    assert "u.yaml:7: parameters" in refused(f"  {FRICTION}\n", "")
-
-
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("wrinkle_onset_deg", "wrinkle_onset", 'no run has it: unknown result (did you mean "wrinkle_onset_deg"?)'),
+        (
+            "wrinkle_onset_deg",
+            "wrinkle_onset",
+            'no run has this result: unknown result (did you mean "wrinkle_onset_deg"?)',
+        ),
         ("shear_force_n_at_deg", "shear_force", 'at 10, 20: unknown result (did you mean "shear_force_n_at_deg"?)'),
-        ("at: [10, 20]", "at: [15, 25]", "no run has it at 15, 25"),
+        ("at: [10, 20]", "at: [15, 25]", "no run has this result at 15, 25"),
     ],
 )
 def test_a_result_that_no_run_has_ends_the_study_with_the_first_run(tmp_path, monkeypatch, old, new, said):
-    pool = Counting(shearing)
+    pool, given = Pretending(shearing), []
+    taken = pool.run
+    pool.run = lambda *arguments: (given.append(record) or record for record in taken(*arguments))
     with pytest.raises(InputError) as caught:
         study(STUDY.replace(old, new).replace("samples: 16", "samples: 2"), tmp_path, monkeypatch, pool)
-    assert said in str(caught.value) and pool.given == 1
-
-
-class Counting(Pretending):
-    """Counts the records that were taken."""
-
-    given = 0
-
-    def run(self, *arguments):
-        for record in super().run(*arguments):
-            self.given += 1
-            yield record
+    assert said in str(caught.value) and len(given) == 1
 
 
 def test_priors_that_do_not_fit_each_other_are_refused(tmp_path, monkeypatch):
@@ -140,9 +120,8 @@ def page_of() -> HtmlPage:
 @pytest.fixture
 def lost(tmp_path, monkeypatch) -> dict:
     """A study of which V2 has no result at large friction."""
-    gone = Pretending(
-        shearing, lambda t: "refused" if values(t)[0] > 0.45 and "v2" in t.run.fabric.name else "completed"
-    )
+    ends = ("completed", "refused")
+    gone = Pretending(shearing, lambda t: ends[values(t)[0] > 0.45 and "v2" in t.run.fabric.name])
     assert study(STUDY, tmp_path, monkeypatch, gone, drawn=True) == 3
     return outcome(tmp_path)
 
@@ -154,7 +133,7 @@ def test_the_page_has_bands_shares_indices_priors_differences_and_what_was_lost(
     assert [row[0] for row in bands[1:]] == [one["name"] for one in lost["variables"]]
     assert bands[3][4].endswith(" of 32") and bands[3][4] != bands[1][4] == "32 of 32"
     ((_, shares),) = page.tables(page.section("statements")).items()
-    assert shares[1][1] == "force of V2 below V1 at 10, 20" and "whatever the other" in shares[1][2]
+    assert shares[1][1] == "force of V2 below V1 at 10, 20" and "for any result of the other" in shares[1][2]
     said = page.text(page.section("indices"))
     assert "No indices of V2/V1 force, 20:" in said and "First-order indices" in said
     priors = page.text(page.section("parameters"))
@@ -162,8 +141,8 @@ def test_the_page_has_bands_shares_indices_priors_differences_and_what_was_lost(
     differing = page.tables(page.section("fabrics"))["Fields in which they differ; all others are equal"]
     assert ["fabric.loop_length", "14.4", "13.4"] in differing
     gone = page.text(page.section("lost"))
-    assert "refused on purpose" in gone and f"Runs that did not give every number: {len(lost['lost'])}" in gone
-    assert "have no result that counts" in page.text(page.section("summary"))
+    assert "refused on purpose" in gone and f"Runs that lack a result: {len(lost['lost'])}" in gone
+    assert "have no valid result" in page.text(page.section("summary"))
     pictures = [light((FOLDER / name).read_bytes()) for name in ("bands.png", "indices.png")]
     assert [e.get("src") for e in page.all("img")] == pictures
     before = (FOLDER / "report.html").read_bytes()

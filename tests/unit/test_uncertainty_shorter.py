@@ -10,7 +10,6 @@ from uncertainty_cases import STUDY, outcome, study, values, variable
 
 from knittest.base.errors import InputError
 from knittest.config.yaml_loader import parse_document
-from knittest.studies.uncertainty.command import UncertaintyOptions, uncertainty_command
 from knittest.studies.uncertainty.outcome import Uncertainty
 from knittest.studies.uncertainty.page import report_lines
 from knittest.studies.uncertainty.problem import problem_of
@@ -99,22 +98,16 @@ def test_each_number_is_of_the_longest_run_that_passed_and_none_of_a_refused_one
             told = row[f"V2 force, {a}"]
             assert told == "" if a > last else float(told) == pytest.approx(a * friction * share)
         assert row["V1 counts to"] == "full" and row["V1 status"] == "completed"
-        assert (row["V2 status"], row["V2 reason"]) == (
-            ("completed", "") if end == "full" else ("refused", "refused on purpose")
-        )
-    assert {end: sum(row["V2 counts to"] == end for row in table) for end in ("full", "21", "11", "")} == (
-        lost_by_reach(table)
-    )
-
-
-def test_what_has_no_place_is_missing_of_a_shorter_run_unless_any_end_gives_it(here):
-    count = lost_by_reach(rows())
-    assert variable(here, "V2 rest")["count"] == 32 - count[""]
-    assert variable(here, "V2 end")["count"] == count["full"]  # that at 21 deg is another thickness
+        ended = ("completed", "") if end == "full" else ("refused", "refused on purpose")
+        assert (row["V2 status"], row["V2 reason"]) == ended
+    ends_of = [row["V2 counts to"] for row in table]
+    assert {end: ends_of.count(end) for end in ("full", "21", "11", "")} == lost_by_reach(table)
 
 
 def test_counts_say_how_many_numbers_are_of_shorter_runs_at_each_place(here):
     count = lost_by_reach(rows())
+    assert variable(here, "V2 rest")["count"] == 32 - count[""]  # any end gives it
+    assert variable(here, "V2 end")["count"] == count["full"]  # that at 21 deg is another thickness
     shares = {10: count["21"] + count["11"], 20: count["21"], 30: 0, 40: 0}
     for a, shortened in shares.items():
         for who in ("V2", "V2/V1"):
@@ -150,11 +143,11 @@ def test_runs_to_shorter_ends_are_counted_by_status_and_warned_of(here):
     assert (found["shorter_field"], found["shorter_unit"]) == ("rig.end_angle", "deg")
     said = " ".join(found["warnings"])
     ends_ = f"({count['21']} to 21 deg, {count['11']} to 11 deg)"
-    assert f"{count['21'] + count['11']} of these count to a shorter one {ends_}" in said
-    assert "bands of force, rest, end are not of the same points for all fabrics" in said
-    assert "bands of force are not of the same points at all places" in said
+    assert f"{count['21'] + count['11']} of these count to a shorter end {ends_}" in said
+    assert "bands of force, rest, end have different points for each fabric" in said
+    assert "bands of force have different points at each place" in said
     lines = report_lines(Uncertainty.model_validate(found))
-    (told,) = [line for line in lines if line.startswith(f"  lost ones again, to 21 deg: {lost} (")]
+    (told,) = [line for line in lines if line.startswith(f"  failed runs repeated to 21 deg: {lost} (")]
     assert f"{count['21']} completed" in told and f"{left} refused" in told
     assert any(f"({count['full'] + count['21']} of 32, {count['21']} shortened points)" in line for line in lines)
 
@@ -166,7 +159,10 @@ def test_a_statement_is_open_where_a_place_is_missing_unless_it_fails_at_another
     assert (found["count"], found["share"], found["failing"]) == (count["full"], 0.0, count["21"])
     assert found["possible"] == [0.0, (count["11"] + count[""]) / 32]
     said = HtmlPage(RESULT / "report.html").text()
-    assert f"whatever the other {32 - count['full']} give, {count['21']} of which fail where they have numbers" in said
+    assert (
+        f"for any result of the other {32 - count['full']}, {count['21']} of which fail at a place with a result"
+        in said
+    )
 
 
 def test_the_page_shows_where_lost_runs_count_to_and_whose_numbers_bands_are_of(here):
@@ -245,20 +241,15 @@ def test_numbers_of_failed_ones_that_all_come_shorter_end_with_3_still(tmp_path,
         ("rig.max_angle: [31]", "shorter.rig.max_angle: does not end this test (cell) sooner: expected rig.end_angle"),
         ("solver.speed: [1]", "u.yaml:18: solver.speed: expected a field of the fabric or the rig"),
         ("rig.end_angle: []", "u.yaml:18: shorter.rig.end_angle"),
-        ("rig.end_angle: [a]", "u.yaml:18: shorter.rig.end_angle"),
         ("rig.end_angle: [21, 0]", "u.yaml:18: shorter.rig.end_angle"),
-        ("rig.end_angle: [41]", "[41]: 41 must be below the full end of V1, 41: each try ends sooner than the last"),
         ("rig.end_angle: [45, 21]", "u.yaml:18: shorter.rig.end_angle = [45, 21]: 45 must be below the full end of V1"),
         ("rig.end_angle: [21, 31]", "31 must be below the value before it, 21"),
-        ("rig.end_angle: [31, 20.2]", "20.2 ends within the mean about 20, which reaches 0.5 beyond it: expected 20.5"),
-        ("rig.end_angle: [31, 20]", "20 ends within the mean about 20"),
+        ("rig.end_angle: [31, 20.2]", "20.2 is within the range of the mean at 20, which ends at 20.5"),
         ("rig.end_angle: [21], rig.max_angle: [30]", "u.yaml:18: shorter"),
     ],
 )  # fmt: skip
 def test_ends_that_are_none_are_refused_where_they_stand(ends_, said):
-    with pytest.raises(InputError) as caught:
-        problem_of(parse_document(FULL + f"shorter: {{{ends_}}}\n", "u.yaml"))
-    assert said in str(caught.value)
+    assert said in refusal(FULL + f"shorter: {{{ends_}}}\n")
 
 
 def refusal(text: str) -> str:
@@ -269,23 +260,17 @@ def refusal(text: str) -> str:
 
 def test_ends_are_refused_that_give_nothing_are_drawn_or_belong_to_no_such_test():
     low = SHORTER.replace("21, 11", "21, 5")
-    assert "5 gives nothing that is asked for: the first place is 10" in refusal(low.replace(", any_end: true", ""))
+    assert "a run to 5 has none of the requested results: the first place is 10" in refusal(
+        low.replace(", any_end: true", "")
+    )
     assert problem_of(parse_document(low, "u.yaml")).shorter.values == (31.0, 21.0, 5.0)
     just = SHORTER.replace("21, 11", "20.5")
     assert problem_of(parse_document(just, "u.yaml")).shorter.values == (31.0, 20.5)
     drawn = "parameters:\n  rig.end_angle: {low: 20, high: 40, reason: a reason of some length}\n"
-    assert "is one of the parameters" in refusal(SHORTER.replace("parameters:\n", drawn))
+    assert "is also one of the parameters" in refusal(SHORTER.replace("parameters:\n", drawn))
     frame = STUDY + "shorter: {rig.max_angle: [21]}\n"
-    assert "does not end this test (picture-frame) sooner: it reads nothing" in refusal(frame)
+    assert "does not end this test (picture-frame) sooner: the test has results only at its end" in refusal(frame)
     placed = SHORTER.replace("[10, 20, 30, 40],", "[10, 20, 30, 40], any_end: true,")
     assert "quantities.force.any_end" in refusal(placed)
     less = SHORTER.replace("rig.max_angle: 41", "rig.max_angle: 41, rig.end_angle: 25")
     assert "31 must be below the full end of V1, 25" in refusal(less)
-
-
-def test_the_quiet_command_says_nothing_of_it(here, monkeypatch, capsys):
-    from knittest.studies.uncertainty import command
-
-    monkeypatch.setattr(command, "LocalPool", lambda workers, threads: Counting())
-    assert uncertainty_command(Path("u.yaml"), UncertaintyOptions(quiet=True)) == 3
-    assert capsys.readouterr() == ("", "")

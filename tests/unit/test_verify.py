@@ -100,11 +100,8 @@ def test_a_finer_mesh_takes_the_place_of_a_coarser_one_that_is_refused(tmp_path:
     assert peak["finer_mesh_pct"] == pytest.approx(-1.0) and "coarser_mesh_pct" not in peak
     assert peak["error"] == pytest.approx(3.0 * 1.6**2 / (1.6**2 - 1.0) * 0.01 * PEAK)
     assert any("in place of 16.7 mm: refused: why" in line for line in error_lines([outcome]))
-
-
-def test_where_no_finer_mesh_fits_the_coarser_ones_refusal_stands(tmp_path: Path, monkeypatch: Any) -> None:
     most = {"sets": ["output.verify=true", "model.meso.elements_per_loop=256", "model.meso.elements_per_wave=64"]}
-    outcome = verified_run(tmp_path / "r", monkeypatch, 1.0, "refused", scale="meso", **most)
+    outcome = verified_run(tmp_path / "m", monkeypatch, 1.0, "refused", scale="meso", **most)  # no finer mesh fits
     peak = outcome.summary["numerical_error"]["peak_force_n"]
     assert peak["error"] is None and "192 and 48: refused: why" in peak["reason"]
 
@@ -114,13 +111,9 @@ def test_a_crash_is_tried_again_and_a_refusal_is_not(tmp_path: Path, monkeypatch
     assert unverified(tmp_path / "t", verified_run(tmp_path / "t", monkeypatch, "blocked", 1.0).run)
     assert not unverified(tmp_path / "s", verified_run(tmp_path / "s", monkeypatch, "timeout", 1.0).run)
     assert not unverified(tmp_path / "b", verified_run(tmp_path / "b", monkeypatch, 1.0, "refused", "refused").run)
-
-
-def test_a_refused_run_is_not_repeated(tmp_path: Path, monkeypatch: Any) -> None:
-    asked = repeats(monkeypatch)
-    outcome = verified_run(tmp_path / "r", monkeypatch, failures=("kinetic energy",))
-    assert asked == [] and "numerical_error" not in outcome.summary
-    assert not unverified(tmp_path / "r", outcome.run) and error_lines([outcome]) == []
+    refused = verified_run(tmp_path / "r", monkeypatch, failures=("kinetic energy",))
+    assert "numerical_error" not in refused.summary and error_lines([refused]) == []
+    assert not unverified(tmp_path / "r", refused.run)
 
 
 def test_of_an_ensemble_the_first_specimen_is_repeated(tmp_path: Path, monkeypatch: Any) -> None:
@@ -134,15 +127,10 @@ def test_of_an_ensemble_the_first_specimen_is_repeated(tmp_path: Path, monkeypat
     row = result_rows(outcome.summary, refused=False)[0]
     assert row.simulated.endswith("numerical ± 956") and "(n 3)" in row.simulated
     assert "numerical error: of the first specimen only" in error_lines([outcome])
-
-
-def test_what_is_repeated_has_the_speed_of_the_first_specimen(tmp_path: Path, monkeypatch: Any) -> None:
-    write_run(tmp_path / "r", specimens=3, preset="quick", **VERIFY)
     results = json.loads((tmp_path / "r" / "summary.json").read_text())["results"]
     results[SPEED] = {"mean": 0.4, "sd": 0.1, "values": [0.3, 0.4, 0.5]}
     edit_json(tmp_path / "r" / "summary.json", results=results)
     asked = repeats(monkeypatch, 1.0, 1.1)
-    run = resolve(config=tmp_path / "r" / "config.yaml")
     verified(finished(run, tmp_path / "r"), RunOptions(quiet=True), Interrupts())
     assert [t.run.solver.speed for t in asked] == [0.15, 0.3]
 
@@ -186,10 +174,7 @@ def test_a_deviation_from_one_specimen_carries_the_error_in_percent(tmp_path: Pa
     row = next(r for r in summary["comparison"] if r["quantity"] == "peak_force_n")
     off, told = 100.0 * (PEAK / row["experiment_mean"] - 1.0), 8.0 * PEAK / row["experiment_mean"]
     assert result_rows(summary, refused=False)[0].deviation == f"{off:+.1f} ± {told:.1f} %"
-
-
-def test_small_errors_are_not_rounded_to_nothing(tmp_path: Path, monkeypatch: Any) -> None:
-    outcome = verified_run(tmp_path / "r", monkeypatch, 1.00001, 1.0)
+    outcome = verified_run(tmp_path / "s", monkeypatch, 1.00001, 1.0)
     rows = {row.quantity: row.simulated for row in result_rows(outcome.summary, refused=False)}
     assert rows["peak_force_n"] == "5666 ± 0.23" and rows["fracture_strain_pct"] == "1.58 ± 6.3e-05"
 
@@ -201,12 +186,12 @@ def test_a_run_that_was_not_repeated_says_so_once(tmp_path: Path) -> None:
     write_report(folder)
     page = HtmlPage(folder / "report.html")
     assert page.text().count("not estimated") == 1 and "not estimated (--verify)" in page.text()
-
-
-def test_a_run_whose_repeats_are_not_finished_says_so(tmp_path: Path) -> None:
-    folder = write_run(tmp_path / "r", **VERIFY)
-    assert UNFINISHED[1:] in HtmlPage(write_report(folder)).text()
+    asked = write_run(tmp_path / "asked", **VERIFY)
+    assert UNFINISHED[1:] in HtmlPage(write_report(asked)).text()
     assert error_notes({"refused": []}, asked=True) == [UNFINISHED]
+    rows = {"a": {"error": None, "reason": "the run has no number"}, "b": {"error": None, "reason": "torn"}}
+    told = {"refused": [], "results": {}, "verification": {"specimen": 1}, "numerical_error": rows}
+    assert error_notes(told) == ["numerical error: not available: torn"]
 
 
 def test_the_page_shows_every_change_and_the_border(tmp_path: Path, monkeypatch: Any) -> None:
@@ -243,28 +228,18 @@ def test_a_full_disk_among_the_repeats_says_how_to_go_on(tmp_path: Path, monkeyp
         command.resume_command(folder, RunOptions(quiet=True))
 
 
-def test_a_result_that_is_none_is_no_missing_error() -> None:
-    rows = {"a": {"error": None, "reason": "the run has no number"}, "b": {"error": None, "reason": "torn"}}
-    told = {"refused": [], "results": {}, "verification": {"specimen": 1}, "numerical_error": rows}
-    assert error_notes(told) == ["numerical error: not available: torn"]
-
-
 def test_a_damaged_summary_is_an_error_of_input(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "r", **VERIFY)
     run = resolve(config=folder / "config.yaml")
+    edit_json(folder / "summary.json", quality={"ke_over_ie_max": None, "more": 1})
+    quality = finished(run, folder).quality
+    assert math.isnan(quality.ke_over_ie_max) and quality.failures == ()
     (folder / "summary.json").write_text('{"results": {}}')
     with pytest.raises(InputError, match="no cost"):
         unverified(folder, run)
     (folder / "summary.json").write_text("{")
     with pytest.raises(InputError, match="not the summary"):
         finished(run, folder)
-
-
-def test_nan_of_a_summary_comes_back(tmp_path: Path) -> None:
-    folder = write_run(tmp_path / "r", "picture-frame")
-    edit_json(folder / "summary.json", quality={"ke_over_ie_max": None, "more": 1})
-    outcome = finished(resolve(config=folder / "config.yaml"), folder)
-    assert math.isnan(outcome.quality.ke_over_ie_max) and outcome.quality.failures == ()
 
 
 def test_a_trial_is_one_run() -> None:

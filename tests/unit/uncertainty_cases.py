@@ -7,7 +7,7 @@ import numpy as np
 from calibration_cases import Pretending
 
 from knittest.studies.uncertainty import command, indices
-from knittest.studies.uncertainty.command import UncertaintyOptions, uncertainty_command
+from knittest.studies.uncertainty.command import StudyOptions, run_uncertainty
 
 #: two fabrics, a quantity at two places of an axis with its ratio, one number, and a statement
 STUDY = """
@@ -51,7 +51,7 @@ def study(text: str, folder: Path, monkeypatch, pool=None, drawn=False) -> int:
     (folder / "u.yaml").write_text(text)
     monkeypatch.chdir(folder)
     monkeypatch.setattr(command, "LocalPool", lambda workers, threads: pool or Pretending(shearing))
-    return uncertainty_command(Path("u.yaml"), UncertaintyOptions(quiet=True))
+    return run_uncertainty(Path("u.yaml"), StudyOptions(quiet=True)).exit_code
 
 
 def outcome(folder: Path) -> dict:

@@ -1,4 +1,4 @@
-"""The overview picture of a sweep: every result over every swept field, with the runs that gave none."""
+"""Overview picture of a sweep: every result over every swept field, with the runs that have no result."""
 
 import textwrap
 from collections.abc import Iterator, Sequence
@@ -8,28 +8,27 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress, new_figure, save
+from knittest.base.figure import GREY, RED, new_figure, save
 from knittest.base.history import Array
 from knittest.base.result_rows import LABELS, SIZED
 from knittest.config.fields import place
 from knittest.studies.batch.plan import Swept
+from knittest.studies.trials.figure import COLOURS, DASHED, log_scale, mark_lost, panel, unit_label
 from knittest.studies.trials.trial import OPEN
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from pandas import DataFrame, Series
 
-COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, GREY)
 MOST_RESULTS, MOST_FIELDS = 8, 6
-#: difference [-] of sizes that whole yarns and rounding make
+#: relative difference of sizes by whole yarns and rounding
 SAME_SIZE = 1e-3
-#: runs from which a rank correlation is stated
+#: fewest runs with a rank correlation
 ENOUGH = 8
 #: sizes [inch]
 PANEL, LEFT, RIGHT, TOP, BOTTOM = (2.9, 2.2), 0.85, 0.2, 0.55, 0.7
-#: of the legend: a row, and a column at least
+#: height of a row and least width of a column of the legend [inch]
 ROW, COLUMN = 0.19, 2.3
 CHOICES = ("fabric", "scale", "direction", "preset", "parameters")
 
@@ -45,7 +44,7 @@ class _Group:
 
 @dataclass(frozen=True)
 class _Scale:
-    """Places of a field's values on an axis: the numbers, or the ranks of its ``names``."""
+    """Places of a field's values on an axis: the numbers, or the positions of its ``names``."""
 
     names: list[str]
     log: bool
@@ -61,8 +60,8 @@ class _Scale:
 def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], title: str) -> None:
     """Draw the runs of one test, ``table`` of :func:`knittest.studies.batch.page.results_table`, to ``path`` (PNG).
 
-    ``fields`` are the swept columns. Filled: completed; hollow: refused by a quality gate; cross: no result. Lines
-    join medians over listed values. Raises :class:`ResourceError`.
+    ``fields`` are the swept columns. Filled: completed; hollow: a quality check failed; cross: no result. Lines join
+    medians over listed values. Raises :class:`ResourceError`.
     """
     results = shown_results(table)[:MOST_RESULTS]
     shown = [field for field in fields if table[field.name].nunique() > 1][:MOST_FIELDS]
@@ -72,7 +71,14 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     lost = table[table[results].isna().all(axis=1) & (table["status"] != OPEN)]
     marks = _marks(groups, table, results, lost)
     columns = max(int(len(shown) * PANEL[0] / COLUMN), 1)
-    figure, grid = _panels(len(results), len(shown), -(-len(marks) // columns))
+    bottom = BOTTOM + ROW * -(-len(marks) // columns)
+    width, height = LEFT + len(shown) * PANEL[0] + RIGHT, TOP + len(results) * PANEL[1] + bottom
+    figure = new_figure(width, height)
+    grid = figure.subplots(len(results), len(shown), squeeze=False, sharex="col", sharey="row")
+    figure.subplots_adjust(
+        left=LEFT / width, right=1.0 - RIGHT / width, bottom=bottom / height, top=1.0 - TOP / height,
+        wspace=0.08, hspace=0.18,
+    )  # fmt: skip
     for column, field in enumerate(shown):
         scale = _scale(table[field.name], field)
         for row, result in enumerate(results):
@@ -81,7 +87,6 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     for row, result in enumerate(results):
         grid[row, 0].set_ylabel(textwrap.fill(LABELS[result][0], 24), fontsize=9)
     figure.align_ylabels(grid[:, 0])
-    width, height = figure.get_size_inches()
     figure.legend(
         handles=marks, loc="lower left", bbox_to_anchor=(LEFT / width, 0.08 / height), ncols=columns, frameon=False,
         fontsize=8.5, borderaxespad=0.0,
@@ -91,32 +96,18 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
 
 
 def shown_results(table: "DataFrame") -> list[str]:
-    """Columns of results that can stand in one picture: where specimens differ in size, the forces free of it."""
+    """Columns of results for one picture: where specimens differ in size, forces per width in place of forces."""
+
+    def sizes_differ(name: str) -> bool:
+        size = (table[name] / table[SIZED[name]]).dropna()
+        return bool(len(size) and size.max() > size.min() * (1.0 + SAME_SIZE))
+
     found = [name for name in LABELS if name in table and table[name].notna().any()]
-    return [name for name in found if not (SIZED.get(name) in found and _sizes_differ(table, name))]
-
-
-def _sizes_differ(table: "DataFrame", name: str) -> bool:
-    """Tell whether the force ``name`` is of specimens of several sizes: its ratio to the force free of size differs."""
-    size = (table[name] / table[SIZED[name]]).dropna()
-    return bool(len(size) and size.max() > size.min() * (1.0 + SAME_SIZE))
-
-
-def _panels(high: int, wide: int, legend_rows: int) -> tuple["Figure", Any]:
-    """A figure with ``high`` x ``wide`` panels of one size and room for the legend, and the panels."""
-    bottom = BOTTOM + ROW * legend_rows
-    width, height = LEFT + wide * PANEL[0] + RIGHT, TOP + high * PANEL[1] + bottom
-    figure = new_figure(width, height)
-    grid = figure.subplots(high, wide, squeeze=False, sharex="col", sharey="row")
-    figure.subplots_adjust(
-        left=LEFT / width, right=1.0 - RIGHT / width, bottom=bottom / height, top=1.0 - TOP / height,
-        wspace=0.08, hspace=0.18,
-    )  # fmt: skip
-    return figure, grid
+    return [name for name in found if not (SIZED.get(name) in found and sizes_differ(name))]
 
 
 def _groups(table: "DataFrame", fields: Sequence[Swept]) -> Iterator[_Group]:
-    """One for each fabric, scale, direction, preset and parameter set, as far as these differ and are no axis."""
+    """Group runs by fabric, scale, direction, preset and parameter set, as far as these differ and are no axis."""
     ran = table[table["status"].isin(("completed", "refused"))]
     axes = {field.name.rpartition(".")[2] for field in fields}
     by = [name for name in CHOICES if ran[name].nunique() > 1 and name not in axes]
@@ -133,23 +124,13 @@ def _scale(values: "Series", field: Swept) -> _Scale:
 
 
 def _panel(axes: "Axes", groups: list[_Group], lost: "DataFrame", field: str, result: str, scale: _Scale) -> None:
-    from matplotlib.ticker import LogLocator, NullLocator
-
-    dress(axes)
-    axes.tick_params(labelsize=8)
-    axes.spines["right"].set_visible(False)
+    panel(axes).tick_params(labelsize=8)
     if scale.log:
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_locator(NullLocator())
+        log_scale(axes.xaxis)
     for group in groups:
         _experiment(axes, group, result)
         _runs(axes, group, field, result, scale)
-    bottom = axes.get_xaxis_transform()
-    axes.plot(
-        scale.places(lost[field]), np.full(len(lost), 0.04), "x", color=RED, markersize=5, transform=bottom, zorder=5
-    )
+    mark_lost(axes, scale.places(lost[field]), markersize=5, zorder=5)
     if len(groups) == 1 and not scale.names and (rank := _rank_correlation(groups[0].rows, field, result)) is not None:
         axes.set_title(f"rank correlation {rank:+.2f}", loc="right", fontsize=8, color=GREY, pad=3)
 
@@ -168,24 +149,24 @@ def _runs(axes: "Axes", group: _Group, field: str, result: str, scale: _Scale) -
 
 
 def _values(rows: "DataFrame", result: str) -> "Series":
-    """Numbers of ``result``, where they were compared those for the nominal size of the specimen."""
+    """Numbers of ``result``; compared ones are for the nominal size of the specimen."""
     compared = f"{result}_simulated"
     return rows[compared].fillna(rows[result]) if compared in rows else rows[result]
 
 
 def _experiment(axes: "Axes", group: _Group, result: str) -> None:
-    """Mean and sd of the experiment, where all runs of the group are compared with the same."""
+    """Draw mean and sd of the experiment, if all runs of the group are compared with the same one."""
     mean, sd = f"{result}_experiment_mean", f"{result}_experiment_sd"
     if mean in group.rows and group.rows[mean].nunique() == 1:
         middle, spread = float(group.rows[mean].dropna().iloc[0]), group.rows[sd].dropna()
         if len(spread):  # of one specimen there is none
             around = middle - float(spread.iloc[0]), middle + float(spread.iloc[0])
             axes.axhspan(*around, color=group.colour, alpha=0.08, linewidth=0)
-        axes.axhline(middle, color=group.colour, linewidth=1.0, linestyle=(0, (4, 2)))
+        axes.axhline(middle, color=group.colour, linewidth=1.0, linestyle=DASHED)
 
 
 def _rank_correlation(rows: "DataFrame", field: str, result: str) -> float | None:
-    """Spearman's, over the completed runs; None where it says nothing."""
+    """Spearman's correlation over the completed runs; None for too few runs or values."""
     done = rows[rows["status"] == "completed"]
     if len(done) < ENOUGH or done[field].nunique() < 3 or done[result].nunique() < 3:
         return None
@@ -193,9 +174,9 @@ def _rank_correlation(rows: "DataFrame", field: str, result: str) -> float | Non
 
 
 def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> None:
-    """Name and unit of the field, in two lines where it is long; names of its choices."""
+    """Label the axis with name and unit of the field, in two lines where it is long, and with its choices."""
     found = place(tuple(field.split(".")), table["test"].iloc[0])
-    unit = f" [{found.unit if found.unit != '1' else '-'}]" if found and found.unit else ""
+    unit = unit_label(found.unit) if found else ""
     holder, _, name = field.rpartition(".")
     label = f"{holder}.\n{name}{unit}" if len(field) + len(unit) > 30 else f"{field}{unit}"
     axes.set_xlabel(label, fontsize=9)
@@ -205,7 +186,6 @@ def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> 
 
 
 def _marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> "list[Line2D]":
-    """Entries of the legend."""
     from matplotlib.lines import Line2D
 
     def mark(label: str, colour: str, **look: Any) -> Line2D:
@@ -215,13 +195,13 @@ def _marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "
     marks = [mark(group.name, group.colour) for group in groups if group.name]
     marks += [mark("completed", first)] if len(groups) == 1 else []
     if (table["status"] == "refused").any():
-        marks.append(mark("refused by a quality gate", first, markerfacecolor="none"))
+        marks.append(mark("a quality check failed", first, markerfacecolor="none"))
     if len(lost):
         marks.append(mark("no result (results.csv says why)", RED, marker="x"))
     kinds = {kind for name in results if f"{name}_kind" in table for kind in table[f"{name}_kind"].dropna()}
     if kinds:
         label = f"experiment, mean ± sd (rows: {', '.join(sorted(kinds))})"
-        marks.append(mark(label, first, marker="", linestyle=(0, (4, 2))))
+        marks.append(mark(label, first, marker="", linestyle=DASHED))
     return marks
 
 

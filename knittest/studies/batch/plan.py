@@ -1,4 +1,4 @@
-"""Plan of a sweep: its axes, each value with the line of the file it stands in, and its runs."""
+"""Plan of a sweep: its axes, each value with the line of the file that states it, and its runs."""
 
 import itertools
 import math
@@ -11,18 +11,17 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.config.fields import place
-from knittest.config.loading import planned_directions, resolve
+from knittest.config.loading import planned_directions
 from knittest.config.messages import unknown
 from knittest.config.run import RUNS
 from knittest.config.settings import Setting
-from knittest.config.sources import variant_path
 from knittest.config.studies import Range, Sweep, parse_sweep
 from knittest.config.yaml_loader import Document, KeyPath, dotted, shown
 from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import drawn
+from knittest.studies.trials.case import Case, claim_path, drawn, field_path, file_beside, shipped_fabric
 from knittest.studies.trials.trial import Trial, trial_of
 
-#: what of ``base`` and ``ensemble`` is a field of the run
+#: fields of ``base`` and ``ensemble`` that are fields of a run
 FIELDS: dict[tuple[str, str], KeyPath] = {
     ("base", "scale"): ("model", "scale"),
     ("base", "preset"): ("model", "preset"),
@@ -30,14 +29,12 @@ FIELDS: dict[tuple[str, str], KeyPath] = {
     ("ensemble", "specimens"): ("variability", "specimens"),
     ("ensemble", "seeds"): ("variability", "seed"),
 }
+DIRECTION: KeyPath = ("rig", "direction")
 
 
 @dataclass(frozen=True)
 class Axis:
-    """``count`` points that ``make`` gives, each a value for every field of ``paths``; ``where`` it stands.
-
-    ``shown`` says whether the fields are columns of their own, ``chance`` whether the values are drawn.
-    """
+    """Axis of ``count`` points from ``make``, stated at ``where``; ``shown`` as columns, by ``chance`` if drawn."""
 
     paths: tuple[KeyPath, ...]
     count: int
@@ -48,114 +45,68 @@ class Axis:
 
 
 def axes_of(sweep: Sweep, document: Document) -> list[Axis]:
-    """All axes but fabrics and directions; raises :class:`InputError` when two of them set the same field."""
-    blocks = (_base_axes, _lists, _points, _sample)
-    axes = [axis for block in blocks for axis in block(sweep, document)]
-    said: dict[KeyPath, str] = {}
+    """All axes but fabrics and directions; raises :class:`InputError` if two of them set the same field."""
+    axes = list(_axes(sweep, document))
+    claimed: dict[KeyPath, str] = {}
     for axis in axes:
         for path in axis.paths:
-            for other, where in said.items():
-                if path[: len(other)] == other[: len(path)]:  # the same, or one inside the other
-                    raise InputError(f"{axis.where}: {dotted(path)}: given twice, first at {where}: give it once")
-            said[path] = axis.where
+            claim_path(claimed, path, axis.where)
     return axes
 
 
-def field_path(name: str, where: str) -> KeyPath:
-    """The key path of a dotted ``name``; raises :class:`InputError`."""
-    path = tuple(name.split("."))
-    if not all(path):
-        raise InputError(f"{where}: {name!r}: expected the dotted path of a field, for example rig.width")
-    return path
+def _axes(sweep: Sweep, document: Document) -> Iterator[Axis]:
+    def listed(path: KeyPath, values: Sequence[Any], where: str, shown: bool = True) -> Axis:
+        return Axis((path,), len(values), lambda: [(Setting(path, v, where),) for v in values], where, shown)
+
+    def spread(path: KeyPath, values: Range, where: str) -> Axis:
+        return Axis((path,), values.steps, lambda: [(Setting(path, v, where),) for v in spaced(values)], where)
+
+    for at, path in FIELDS.items():
+        given = getattr(getattr(sweep, at[0]), at[1])
+        values = given if isinstance(given, list) else [given] if given is not None else []
+        if values:
+            yield listed(path, values, document.where(at), at[0] == "ensemble" and len(values) > 1)
+    for name, value in sweep.base.set.items():
+        where = document.where(("base", "set", name))
+        yield listed(field_path(name, where), [value], where, False)
+    for block, fields in (("grid", sweep.grid), ("range", sweep.range)):
+        for name, one in fields.items():
+            where = document.where((block, name))
+            path = field_path(name, where)
+            yield spread(path, one, where) if isinstance(one, Range) else listed(path, one, where)
+    if sweep.points:
+        names, where = list(sweep.points[0]), document.where(("points",))
+        made = [_point(point, names, number, document) for number, point in enumerate(sweep.points)]
+        yield Axis(tuple(field_path(n, where) for n in names), len(made), lambda: made, where)
+    if (sample := sweep.sample) is not None:
+        places = {name: document.where(("sample", "fields", name)) for name in sample.fields}
+        paths = {name: field_path(name, where) for name, where in places.items()}
+
+        def draw() -> list[tuple[Setting, ...]]:
+            pairs = (zip(paths, point, strict=True) for point in drawn(sample))
+            return [tuple(Setting(paths[name], value, places[name]) for name, value in point) for point in pairs]
+
+        yield Axis(tuple(paths.values()), sample.n, draw, document.where(("sample",)), chance=True)
+
+
+def _point(point: dict[str, Any], names: list[str], number: int, document: Document) -> tuple[Setting, ...]:
+    where = document.where(("points", number))
+    if set(point) != set(names):
+        raise InputError(f"{where}: points[{number}]: expected the fields of the first point, {', '.join(names)}")
+    places = {name: document.where(("points", number, name)) for name in names}
+    return tuple(Setting(field_path(name, places[name]), point[name], places[name]) for name in names)
 
 
 def spaced(values: Range) -> list[float | int]:
-    """The values of a range; whole numbers where all of them are."""
+    """Values of a range; whole numbers where all of them are."""
     space = np.geomspace if values.spacing == "log" else np.linspace
     found = [float(f"{v:.12g}") for v in space(values.low, values.high, values.steps)]
     return [int(v) for v in found] if all(v.is_integer() for v in found) else found
 
 
-def _base_axes(sweep: Sweep, document: Document) -> Iterator[Axis]:
-    for at, path in FIELDS.items():
-        given = getattr(getattr(sweep, at[0]), at[1])
-        values = given if isinstance(given, list) else [given] if given is not None else []
-        if values:
-            yield _axis(path, values, document.where(at), shown=at[0] == "ensemble" and len(values) > 1)
-    for name, value in sweep.base.set.items():
-        where = document.where(("base", "set", name))
-        yield _axis(field_path(name, where), [value], where, shown=False)
-
-
-def _lists(sweep: Sweep, document: Document) -> Iterator[Axis]:
-    for block, fields in (("grid", sweep.grid), ("range", sweep.range)):
-        for name, values in fields.items():
-            where = document.where((block, name))
-            path = field_path(name, where)
-            if isinstance(values, Range):
-                yield _evenly(path, values, where)
-            else:
-                yield _axis(path, values, where)
-
-
-def _points(sweep: Sweep, document: Document) -> Iterator[Axis]:
-    if not sweep.points:
-        return
-    names = list(sweep.points[0])
-    made = []
-    for number, point in enumerate(sweep.points):
-        where = document.where(("points", number))
-        if set(point) != set(names):
-            raise InputError(f"{where}: points[{number}]: expected the fields of the first point, {', '.join(names)}")
-        made.append(tuple(_setting(n, point[n], document.where(("points", number, n))) for n in names))
-    where = document.where(("points",))
-    yield Axis(tuple(field_path(n, where) for n in names), len(made), lambda: made, where)
-
-
-def _sample(sweep: Sweep, document: Document) -> Iterator[Axis]:
-    sample = sweep.sample
-    if sample is None:
-        return
-    places = {name: document.where(("sample", "fields", name)) for name in sample.fields}
-
-    def make() -> list[tuple[Setting, ...]]:
-        return [
-            tuple(_setting(n, v, places[n]) for n, v in zip(sample.fields, point, strict=True))
-            for point in drawn(sample)
-        ]
-
-    paths = tuple(field_path(name, where) for name, where in places.items())
-    yield Axis(paths, sample.n, make, document.where(("sample",)), chance=True)
-
-
-def _axis(path: KeyPath, values: Sequence[Any], where: str, shown: bool = True) -> Axis:
-    return Axis((path,), len(values), lambda: [(Setting(path, v, where),) for v in values], where, shown)
-
-
-def _evenly(path: KeyPath, values: Range, where: str) -> Axis:
-    return Axis((path,), values.steps, lambda: [(Setting(path, v, where),) for v in spaced(values)], where)
-
-
-def _setting(name: str, value: object, where: str) -> Setting:
-    return Setting(field_path(name, where), value, where)
-
-
-DIRECTION: KeyPath = ("rig", "direction")
-
-
-@dataclass(frozen=True)
-class Case:
-    """A test of a fabric in one direction (none where the test has none)."""
-
-    test: str
-    fabric: Path | None
-    config: Path | None
-    settings: tuple[Setting, ...] = ()
-
-
 @dataclass(frozen=True)
 class Swept:
-    """A dotted field that changes from run to run: whether in even ratios, and whether its values are drawn."""
+    """Dotted field that changes from run to run: whether in even ratios, and whether its values are drawn."""
 
     name: str
     log: bool
@@ -180,7 +131,6 @@ class Plan:
     sweep: Sweep
     cases: list[Case]
     axes: list[Axis]
-    accept_limits: bool = False
 
     @property
     def count(self) -> int:
@@ -197,57 +147,51 @@ class Plan:
         return [Swept(name, name in log, drawn) for name, drawn in shown]
 
     def rows(self) -> list[Row]:
-        """All runs. A drawn value that the schema refuses makes a row with a problem.
-
-        Raises :class:`InputError` for a listed value that is refused, whatever is drawn with it.
-        """
+        """All runs; an invalid draw makes a row with a problem, an invalid listed value raises :class:`InputError`."""
         names = {field.name for field in self.swept}
         draws = math.prod(axis.count for axis in self.axes if axis.chance)  # the last axis: their rows are neighbours
+        made = [axis.make() for axis in self.axes]  # once: every case has the same draws
+        points = ((case, point) for case in self.cases for point in itertools.product(*made))
         rows: list[Row] = []
-        for number, (case, point) in enumerate(self._points(), 1):
-            rows.append(self._row(number, case, list(itertools.chain.from_iterable(point)), names))
+        for number, (case, point) in enumerate(points, 1):
+            rows.append(_row(number, case, list(itertools.chain.from_iterable(point)), names))
             if number % draws == 0 and not any(row.trial for row in rows[-draws:]):
                 raise InputError(rows[-draws].problem)
         return rows
 
-    def _points(self) -> Iterator[tuple[Case, tuple[tuple[Setting, ...], ...]]]:
-        made = [axis.make() for axis in self.axes]  # once: draws must be those of every case
-        for case in self.cases:
-            for point in itertools.product(*made):
-                yield case, point
 
-    def _row(self, number: int, case: Case, settings: list[Setting], names: set[str]) -> Row:
-        values = {dotted(s.path): s.value for s in settings if dotted(s.path) in names}
-        try:
-            run = resolve(
-                test=case.test, fabric=case.fabric, config=case.config, sets=[*case.settings, *settings],
-                accept_limits=self.accept_limits,
-            )  # fmt: skip
-            (run,) = with_cards([run])
-        except InputError as error:
-            return Row(number, values, case, None, str(error))
-        what = [run.rig.kind, run.fabric.name, run.direction, *(_brief(*one) for one in values.items())]
-        return Row(number, values, case, trial_of(run, " ".join(filter(None, what))))
+def _row(number: int, case: Case, settings: list[Setting], names: set[str]) -> Row:
+    values = {dotted(s.path): s.value for s in settings if dotted(s.path) in names}
+    try:
+        (run,) = with_cards([case.run(settings)])
+    except InputError as error:
+        return Row(number, values, case, None, str(error))
+    what = [run.rig.kind, run.fabric.name, run.direction, *(_brief(*one) for one in values.items())]
+    return Row(number, values, case, trial_of(run, " ".join(filter(None, what))))
 
 
 def plan_of(document: Document, accept_limits: bool = False) -> Plan:
-    """The plan of the sweep in ``document``, raises :class:`InputError` with file and line; limits looser than
-    the preset's may be accepted.
-    """
+    """Read the plan of the sweep in ``document``; raises :class:`InputError` with file and line."""
     sweep = parse_sweep(document)
-    folder = Path(document.source).resolve().parent
+    base, where = sweep.base, {name: document.where(("base", name)) for name in type(sweep.base).model_fields}
     axes = axes_of(sweep, document)
-    config = None if sweep.base.config is None else _file(folder / sweep.base.config, "config", document)
-    fabrics = _fabrics(sweep, document, folder)
+    config = file_beside(document, base.config, f"{where['config']}: base.config") if base.config is not None else None
+    fabrics: list[Path | None] = [
+        *(shipped_fabric(variant, where["variant"]) for variant in base.variant),
+        *(file_beside(document, name, f"{where['fabric']}: base.fabric") for name in base.fabric),
+    ]
     if not fabrics and config is None:
         raise InputError(f"{document.where(('base',))}: base: no fabric is given: expected variant or fabric")
+    for test in base.test:
+        if test not in RUNS:
+            raise InputError(f"{where['test']}: base.test = {shown(test)}: {unknown(test, list(RUNS), 'test')}")
     cases = [
-        Case(test, fabric, config, settings)
-        for test in _tests(sweep, document)
+        Case("", test, fabric, config, settings, accept_limits)
+        for test in base.test
         for fabric in fabrics or [None]
-        for settings in _directions(sweep, document, test, config, axes)
+        for settings in _directions(sweep, where["direction"], test, config, axes)
     ]
-    return Plan(sweep, cases, axes, accept_limits)
+    return Plan(sweep, cases, axes)
 
 
 def _brief(name: str, value: object) -> str:
@@ -255,36 +199,11 @@ def _brief(name: str, value: object) -> str:
     return f"{'.'.join(name.split('.')[-2:])}={f'{value:.4g}' if isinstance(value, float) else shown(value, 20)}"
 
 
-def _tests(sweep: Sweep, document: Document) -> list[str]:
-    for test in sweep.base.test:
-        if test not in RUNS:
-            where = document.where(("base", "test"))
-            raise InputError(f"{where}: base.test = {shown(test)}: {unknown(test, list(RUNS), 'test')}")
-    return sweep.base.test
-
-
-def _fabrics(sweep: Sweep, document: Document, folder: Path) -> list[Path | None]:
-    found: list[Path | None] = []
-    for variant in sweep.base.variant:
-        try:
-            found.append(variant_path(variant))
-        except InputError as error:
-            raise InputError(f"{document.where(('base', 'variant'))}: {error}") from None
-    return [*found, *(_file(folder / name, "fabric", document) for name in sweep.base.fabric)]
-
-
-def _file(path: Path, field: str, document: Document) -> Path:
-    if not path.is_file():
-        raise InputError(f"{document.where(('base', field))}: base.{field}: no such file: {path}")
-    return path
-
-
 def _directions(
-    sweep: Sweep, document: Document, test: str, config: Path | None, axes: list[Axis]
+    sweep: Sweep, where: str, test: str, config: Path | None, axes: list[Axis]
 ) -> list[tuple[Setting, ...]]:
-    """A setting for each direction of ``test``; both unless the sweep or its config says otherwise."""
+    """Settings of each direction of ``test``: both, unless the sweep or its config states one."""
     swept = any(path == DIRECTION[: len(path)] for axis in axes for path in axis.paths)
-    where = document.where(("base", "direction"))
     if swept and sweep.base.direction:
         raise InputError(f"{where}: base.direction: rig.direction is given as well: give one of them")
     if swept or place(DIRECTION, test) is None:

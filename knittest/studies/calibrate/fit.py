@@ -11,9 +11,9 @@ from knittest.base.errors import NumericalError
 from knittest.base.history import Array
 from knittest.studies.calibrate.problem import Evaluation, Evaluator, Exhausted, Parameter, Point
 
-#: least squares ends when a step is this share of the bounds, or changes the sum of squares by this share
+#: least squares ends at a smaller step, as a share of the bounds, or a smaller relative change of the sum of squares
 SMALL_STEP, SMALL_GAIN = 2e-3, 1e-3
-#: members of a generation for each parameter, and the share of the runs that the global search may take
+#: members of a generation for each parameter, and the share of the runs for the global search
 MEMBERS, GLOBAL_SHARE = 5, 0.6
 
 
@@ -27,7 +27,7 @@ def point_at(parameters: Sequence[Parameter], positions: Sequence[float] | Array
 
 
 def positions_of(parameters: Sequence[Parameter], values: Point) -> Array:
-    """The inverse of :func:`point_at` (n,)."""
+    """Positions (n,) of ``values``, the inverse of :func:`point_at`."""
     return np.array([p.position(v) for p, v in zip(parameters, values, strict=True)])
 
 
@@ -38,7 +38,7 @@ def prior_residuals(parameters: Sequence[Parameter], values: Point) -> Array:
 
 
 def cost(parameters: Sequence[Parameter], evaluation: Evaluation) -> float:
-    """Sum of squares of residuals and priors; infinite without numbers."""
+    """Sum of squares of residuals and priors; infinite without a result."""
     if not evaluation.good:
         return np.inf
     prior = prior_residuals(parameters, evaluation.values)
@@ -46,7 +46,7 @@ def cost(parameters: Sequence[Parameter], evaluation: Evaluation) -> float:
 
 
 def best_of(parameters: Sequence[Parameter], history: Sequence[Evaluation]) -> Evaluation | None:
-    """The good evaluation of least cost."""
+    """Evaluation of least cost; None if no point has a result."""
     good = [one for one in history if one.good]
     return min(good, key=lambda one: cost(parameters, one), default=None)
 
@@ -54,34 +54,23 @@ def best_of(parameters: Sequence[Parameter], history: Sequence[Evaluation]) -> E
 def jacobian(evaluator: Evaluator, values: Point) -> Array:
     """Change of the residuals (m, n) over the whole bounds of each parameter, from steps inside them.
 
-    A step whose run gives no number is taken to the other side; raises :class:`NumericalError` when that gives none
-    either.
+    A step whose run has no result is taken to the other side; raises :class:`NumericalError` if that has none either.
     """
     parameters = evaluator.problem.parameters
     step = evaluator.problem.calibration.step
     here = positions_of(parameters, values)
-    sides = np.where(here + step <= 1.0, step, -step)
-    first = evaluator.many([_stepped(parameters, here, k, sides[k]) for k in range(len(here))])
+    steps = np.diag(np.where(here + step <= 1.0, step, -step))
+    first = evaluator.many([point_at(parameters, here + one) for one in steps])
     middle = evaluator.many([values])[0].residuals
     columns = []
     for k, evaluation in enumerate(first):
         if not evaluation.good:
-            evaluation = evaluator.many([_stepped(parameters, here, k, -sides[k])])[0]
+            evaluation = evaluator.many([point_at(parameters, here - steps[k])])[0]
         if not evaluation.good:
-            raise NumericalError(
-                f"no run beside {parameters[k].name} = {values[k]:g} gives a number: {evaluation.reason}"
-            )
+            raise NumericalError(f"no run near {parameters[k].name} = {values[k]:g} has a result: {evaluation.reason}")
         distance = positions_of(parameters, evaluation.values)[k] - here[k]
         columns.append((evaluation.residuals - middle) / distance)
     return np.stack(columns, axis=1)
-
-
-def fit(evaluator: Evaluator) -> None:
-    """Least squares from the start; the points are in the history of ``evaluator``.
-
-    Raises :class:`NumericalError` when there is no number at the start, or steps shrink to nothing.
-    """
-    least_squares_from(evaluator, tuple(p.start for p in evaluator.problem.parameters))
 
 
 def search_and_fit(evaluator: Evaluator) -> None:
@@ -91,7 +80,7 @@ def search_and_fit(evaluator: Evaluator) -> None:
     generations = int(GLOBAL_SHARE * calibration.max_runs / (tests * MEMBERS * n)) - 1
     if generations < 1:
         least = int(2 * tests * MEMBERS * n / GLOBAL_SHARE) + 1
-        raise Exhausted(f"max_runs = {calibration.max_runs}: differential-evolution needs {least} runs here at least")
+        raise Exhausted(f"max_runs = {calibration.max_runs}: differential-evolution needs at least {least} runs here")
 
     def costs(positions: Any) -> Any:
         found = evaluator.many([point_at(parameters, column) for column in np.atleast_2d(positions.T)])
@@ -102,24 +91,30 @@ def search_and_fit(evaluator: Evaluator) -> None:
         costs, Bounds(np.zeros(n), np.ones(n)), maxiter=generations, popsize=MEMBERS, seed=calibration.seed,
         polish=False, init="latinhypercube", updating="deferred", vectorized=True, x0=start,
     )  # fmt: skip
-    best = best_of(parameters, evaluator.history)
+    fit_best(evaluator)
+
+
+def fit_best(evaluator: Evaluator) -> None:
+    """Least squares from the best point so far; raises :class:`NumericalError` if no point has a result."""
+    best = best_of(evaluator.problem.parameters, evaluator.history)
     if best is None:
-        raise NumericalError(f"none of {len(evaluator.history)} points gives a number: {evaluator.history[-1].reason}")
-    least_squares_from(evaluator, best.values)
+        raise NumericalError(f"none of {len(evaluator.history)} points has a result: {evaluator.history[-1].reason}")
+    fit(evaluator, best.values)
 
 
-def least_squares_from(evaluator: Evaluator, start: Point) -> None:
-    """Least squares from ``start``; raises as :func:`fit`."""
+def fit(evaluator: Evaluator, start: Point | None = None) -> None:
+    """Least squares from ``start``; raises :class:`NumericalError` if it has no result, or steps shrink to nothing."""
     parameters, tolerance = evaluator.problem.parameters, evaluator.problem.calibration.tolerance
+    start = start or tuple(p.start for p in parameters)
     first = evaluator.many([start])[0]
     if not first.good:
-        raise NumericalError(f"no number at the start: {first.reason}")
+        raise NumericalError(f"the start has no result: {first.reason}")
     size = len(first.residuals) + len(prior_residuals(parameters, start))
 
     def residuals(positions: Array) -> Array:
         evaluation = evaluator.many([point_at(parameters, positions)])[0]
         if not evaluation.good:
-            return np.full(size, np.inf)  # the step is not taken, a shorter one is tried
+            return np.full(size, np.inf)  # rejects the step: a shorter one follows
         prior = prior_residuals(parameters, evaluation.values)
         if evaluation.deviations is not None and not len(prior) and np.abs(evaluation.deviations).max() <= tolerance:
             raise _Met
@@ -137,7 +132,7 @@ def least_squares_from(evaluator: Evaluator, start: Point) -> None:
     except _Met:
         return
     if not found.success:
-        raise NumericalError(f"least squares came to no end: {found.message}")
+        raise NumericalError(f"least squares did not converge: {found.message}")
 
 
 def prior_slopes(parameters: Sequence[Parameter], values: Point) -> Array:
@@ -145,28 +140,19 @@ def prior_slopes(parameters: Sequence[Parameter], values: Point) -> Array:
     rows = []
     for k, (p, value) in enumerate(zip(parameters, values, strict=True)):
         if p.prior is not None:
-            row = np.zeros(len(parameters))
-            span = value * np.log(p.high / p.low) if p.log else p.high - p.low
-            row[k] = span / p.prior[1]
-            rows.append(row)
+            rows.append(np.eye(len(parameters))[k] * p.span(value) / p.prior[1])
     return np.array(rows).reshape(-1, len(parameters))
 
 
-def _stepped(parameters: Sequence[Parameter], here: Array, k: int, step: float) -> Point:
-    there = here.copy()
-    there[k] += step
-    return point_at(parameters, there)
-
-
-#: a bracket this narrow, as a share of the bounds, holds a jump if the target is not met in it
+#: narrowest bracket, as a share of the bounds: if the target is not met in it, the result jumps
 NARROWEST = 1e-5
-#: where to look instead when there is no number at a bound, as a share of the bounds, and how often inside
+#: distances from a bound without a result at which to try again, as shares of the bounds, and most tries inside
 INWARD, MOST_LOST = (0.1, 0.2, 0.35), 5
 MOST_STEPS = 60
 
 
 class _Lost(Exception):
-    """Signal that there is no number at a position."""
+    """Signal that a position has no result."""
 
 
 class _Search:
@@ -192,32 +178,34 @@ class _Search:
         return 0.0 if abs(value) <= self._tolerance else value
 
     def bound(self, end: float, first: Evaluation) -> float:
-        """The position nearest to ``end``, 0 or 1, at which there is a number; ``first`` is what came of ``end``."""
+        """Position nearest to ``end``, 0 or 1, that has a result; ``first`` is the evaluation at ``end``."""
         if first.good:
             return end
         for share in INWARD:
             position = abs(end - share)
             if self.many([position])[0].good:
                 return position
-        raise NumericalError(f"no run near the bound {self._parameter.value(end):g} gives a number: {first.reason}")
+        raise NumericalError(f"no run near the bound {self._parameter.value(end):g} has a result: {first.reason}")
 
     def bracket(self) -> tuple[float, float]:
-        """The narrowest two positions known between which the deviation changes sign."""
+        """Nearest two known positions between which the deviation changes sign."""
         known = sorted(self.good)
         pairs = [(a, b) for a, b in pairwise(known) if self.deviation(a) * self.deviation(b) <= 0.0]
         return min(pairs, key=lambda pair: pair[1] - pair[0])
 
 
 def find_root(evaluator: Evaluator) -> None:
-    """Evaluate points until the target is met within the tolerance; they are in the history of ``evaluator``.
-
-    Raises :class:`NumericalError` where the bounds do not enclose the target, or it is jumped over, or too many runs
-    inside the bounds give no number.
-    """
+    """Find the root; raises :class:`NumericalError` if it is not enclosed, jumped over, or among lost runs."""
     search = _Search(evaluator)
     low, high = (search.bound(end, first) for end, first in zip((0.0, 1.0), search.many([0.0, 1.0]), strict=True))
     if search.deviation(low) * search.deviation(high) > 0.0:
-        raise NumericalError(_not_enclosed(evaluator, search.good[low], search.good[high]))
+        parameter, (first, last) = evaluator.problem.parameters[0], (search.good[low], search.good[high])
+        ends = f"{first:+.3g} sd at {parameter.low:g}, {last:+.3g} sd at {parameter.high:g}"
+        if abs(last - first) < evaluator.problem.calibration.noise:
+            target = evaluator.problem.targets[0].label
+            raise NumericalError(f"{parameter.name} has no influence: {target} deviates by {ends}")
+        why = f"the bounds do not enclose the target, which deviates by {ends}"
+        raise NumericalError(f"{parameter.where}: {why}: widen the bounds")
     for _ in range(MOST_LOST):
         a, b = search.bracket()
         tried: list[float] = []
@@ -229,17 +217,10 @@ def find_root(evaluator: Evaluator) -> None:
         try:
             root = float(brentq(deviation, a, b, xtol=NARROWEST, maxiter=MOST_STEPS))
         except _Lost:
-            search.many([0.5 * (tried[-1] + end) for end in (a, b)])  # there may be numbers on both sides of the hole
+            search.many([0.5 * (tried[-1] + end) for end in (a, b)])  # both sides of the gap may have results
             continue
         if search.deviation(root) == 0.0:
             return
-        raise NumericalError(f"the target is jumped over at {evaluator.problem.parameters[0].value(root):.5g}")
-    raise NumericalError(f"{MOST_LOST} times a run between the bounds gave no number")
-
-
-def _not_enclosed(evaluator: Evaluator, at_low: float, at_high: float) -> str:
-    parameter = evaluator.problem.parameters[0]
-    ends = f"{at_low:+.3g} sd at {parameter.low:g}, {at_high:+.3g} sd at {parameter.high:g}"
-    if abs(at_high - at_low) < evaluator.problem.calibration.noise:
-        return f"{parameter.name} does not matter: {evaluator.problem.targets[0].label} is off by {ends}"
-    return f"{parameter.where}: the bounds do not enclose the target, which is off by {ends}: widen them"
+        parameter = evaluator.problem.parameters[0]
+        raise NumericalError(f"the result jumps over the target at {parameter.name} = {parameter.value(root):.5g}")
+    raise NumericalError(f"{MOST_LOST} runs between the bounds have no result")

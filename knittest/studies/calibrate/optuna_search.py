@@ -1,5 +1,5 @@
-"""A search by Optuna's tree-structured Parzen estimator (Bergstra et al., 2011), and the database of its trials: SQLite
-in the folder of the calibration, or any that a URL names.
+"""Search by Optuna's tree-structured Parzen estimator (Bergstra et al., 2011), and the database of its trials: SQLite
+in the folder of the calibration, or any with a URL.
 """
 
 import hashlib
@@ -9,55 +9,47 @@ import socket
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knittest.base.errors import InputError, NumericalError, ResourceError
+from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import excerpt
 from knittest.base.machine import without_passwords
 from knittest.export.files import json_ready
-from knittest.studies.calibrate.fit import GLOBAL_SHARE, best_of, cost, least_squares_from
+from knittest.studies.calibrate.fit import GLOBAL_SHARE, cost, fit_best
 from knittest.studies.calibrate.problem import Evaluation, Evaluator, Exhausted, Point, Problem
 from knittest.studies.trials.trial import code_digest
 
 if TYPE_CHECKING:
     from optuna import Study
-    from optuna.samplers import TPESampler
     from optuna.storages import RDBStorage
-    from optuna.trial import FrozenTrial, Trial, TrialState
+    from optuna.trial import FrozenTrial, Trial
     from sqlalchemy import URL
 
 
-#: file of the study without a URL
+#: file of the database without a URL
 DATABASE = "optuna.db"
-#: seconds for a server to answer, and its port where the URL names none
+#: seconds for a server to answer, and its port if the URL names none
 REACH_LIMIT = 10.0
 PORTS = {"postgresql": 5432, "mysql": 3306, "mariadb": 3306, "mssql": 1433, "oracle": 1521}
 DIGITS = 12
-#: what may change while a study goes on
+#: fields that may change when a study is resumed
 FREE = {"max_runs", "time_limit", "tolerance", "noise", "step", "storage"}
 
 
-def check_installed() -> None:
-    """Raise :class:`InputError` without the package."""
-    if find_spec("optuna") is None:
-        raise InputError("method = optuna: Optuna is not installed here: pip install 'knittest[calibrate]'")
-
-
 def open_storage(url: str, where: str) -> "RDBStorage":
-    """The database at ``url``, its tables made where there are none; ``where`` says who named it.
+    """Open the database at ``url`` and make its tables if they are missing; ``where`` says who named it.
 
-    Raises :class:`InputError` for a text that is no URL, for an unknown kind of database, and for a missing driver;
-    :class:`ResourceError` when the database cannot be reached or read.
+    Raises :class:`InputError` for an invalid URL, an unknown kind of database and a missing driver;
+    :class:`ResourceError` if the database cannot be reached or read.
     """
     import optuna
     from sqlalchemy import make_url
     from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 
-    optuna.logging.set_verbosity(optuna.logging.CRITICAL)  # what it has to say is in the exceptions
+    optuna.logging.set_verbosity(optuna.logging.CRITICAL)  # the exceptions have the same messages
     try:
         parts = make_url(url)
         shown = f"{where}: {_shown(parts)}"
@@ -66,18 +58,17 @@ def open_storage(url: str, where: str) -> "RDBStorage":
         with readable(shown):
             return optuna.storages.RDBStorage(url)
     except ImportError as error:
-        raise InputError(
-            f"{shown}: the driver of this database is not installed: {without_passwords(str(error))}"
-        ) from None
+        why = without_passwords(str(error))
+        raise InputError(f"{shown}: the driver of this database is not installed: {why}") from None
     except (ArgumentError, NoSuchModuleError, ValueError) as error:
         why = without_passwords(excerpt(str(error)))
-        raise InputError(f"{where}: no URL of a database that is known: {why}; expected for example "
-                         "sqlite:///study.db or postgresql://user@host/name") from None  # fmt: skip
+        example = "sqlite:///study.db or postgresql://user@host/name"
+        raise InputError(f"{where}: not the URL of a known database: {why}; expected for example {example}") from None
 
 
 @contextmanager
 def readable(shown: str) -> Iterator[None]:
-    """Turn what goes wrong with the database ``shown`` into a :class:`ResourceError`."""
+    """Turn errors of the database ``shown`` into a :class:`ResourceError`."""
     from optuna.exceptions import StorageInternalError
     from sqlalchemy.exc import SQLAlchemyError
 
@@ -86,22 +77,22 @@ def readable(shown: str) -> Iterator[None]:
     except (SQLAlchemyError, StorageInternalError) as error:
         cause = error.__cause__ if isinstance(error, StorageInternalError) and error.__cause__ else error
         why = without_passwords(excerpt(str(getattr(cause, "orig", None) or cause)))
-        raise ResourceError(f"{shown}: the database does not answer: {why}; what is finished is kept") from None
+        raise ResourceError(f"{shown}: the database does not answer: {why}; finished runs are kept") from None
     except RuntimeError as error:  # tables of another version of Optuna
         raise ResourceError(f"{shown}: {without_passwords(excerpt(str(error)))}") from None
 
 
 def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study":
-    """The study of ``problem`` in ``folder``, new or gone on with; another problem, code or folder has another one.
-
-    Raises :class:`ResourceError`.
-    """
+    """Open the study of ``problem`` in ``folder``, a new one for other code; raises :class:`ResourceError`."""
     import optuna
 
+    calibration = problem.calibration.model_dump(mode="json", exclude=FREE)
+    runs = [case.run().model_dump(mode="json") for case in problem.cases]
+    content = [calibration, runs, code_digest(), socket.gethostname(), str(folder.resolve())]
+    text = json.dumps(json_ready(content), sort_keys=True)
     with readable(shown_url(storage)):
-        return optuna.create_study(
-            storage=storage, study_name=_name(problem, folder), direction="minimize", load_if_exists=True
-        )
+        name = f"{problem.name}-{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]}"
+        return optuna.create_study(storage=storage, study_name=name, direction="minimize", load_if_exists=True)
 
 
 def shown_url(storage: "RDBStorage") -> str:
@@ -114,29 +105,21 @@ def _shown(url: "URL") -> str:
 
 
 def without_password_of_storage(text: str, storage: str | None) -> str:
-    """The calibration file ``text`` whose database is ``storage``, however it is written there, without passwords."""
+    """Remove passwords from the calibration file ``text``, also from its database ``storage`` in any notation."""
     import yaml
 
     if storage is not None and without_passwords(storage) != storage:
         root = yaml.compose(text, yaml.SafeLoader)
-        assert isinstance(root, yaml.MappingNode)  # it was read before
+        assert isinstance(root, yaml.MappingNode)  # the file was read before
         (value,) = (node for key, node in root.value if key.value == "storage")
         begin, end = value.start_mark.index, value.end_mark.index
-        lines = "\n" * text.count("\n", begin, end)  # so that what stands behind keeps its line
+        lines = "\n" * text.count("\n", begin, end)  # the rest keeps its lines
         text = f"{text[:begin]}{json.dumps(without_passwords(storage))}{lines}{text[end:]}"
     return without_passwords(text)
 
 
-def _name(problem: Problem, folder: Path) -> str:
-    calibration = problem.calibration.model_dump(mode="json", exclude=FREE)
-    runs = [case.run().model_dump(mode="json") for case in problem.cases]
-    content = [calibration, runs, code_digest(), socket.gethostname(), str(folder.resolve())]
-    text = json.dumps(json_ready(content), sort_keys=True)
-    return f"{problem.name}-{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]}"
-
-
 def _reach(url: "URL", shown: str) -> None:
-    """Knock at the server: some drivers wait for minutes for one that is not there."""
+    """Connect to the server once: some drivers wait for minutes for a missing one."""
     port = url.port or PORTS.get(url.get_backend_name())
     if not url.host or port is None:
         return
@@ -146,7 +129,7 @@ def _reach(url: "URL", shown: str) -> None:
         raise ResourceError(f"{shown}: no answer from {url.host}:{port}: {error}") from None
 
 
-#: points that are asked for at once, so that several processes have work, and random ones for each parameter at first
+#: points evaluated in parallel, and random points for each parameter at the start
 BATCH, AT_RANDOM = 4, 4
 #: characters of a reason in the database
 LONGEST_REASON = 2000
@@ -155,26 +138,23 @@ LONGEST_REASON = 2000
 def search_with_optuna(evaluator: Evaluator, study: "Study", database: str) -> None:
     """Search ``study`` with a part of the runs, or until all targets are met; then least squares from the best.
 
-    Trials of an earlier call are evaluated first, which the ledger answers, so that nothing runs twice; ``database`` is
-    how the user knows it. Raises :class:`Exhausted` when the runs allowed are too few, :class:`NumericalError` without
-    any number, :class:`ResourceError` when the database is lost.
+    Trials of an earlier call are evaluated first, from the ledger: no run is repeated. ``database`` is its name for the
+    user. Raises :class:`Exhausted` for too few allowed runs, :class:`NumericalError` without any result,
+    :class:`ResourceError` if the database is lost.
     """
     problem = evaluator.problem
     points = int(GLOBAL_SHARE * problem.calibration.max_runs / len(problem.cases))
     least = AT_RANDOM * len(problem.parameters) + BATCH
     if points < least:
         needed = math.ceil(least * len(problem.cases) / GLOBAL_SHARE)
-        raise Exhausted(f"max_runs = {problem.calibration.max_runs}: optuna needs {needed} runs here at least")
+        raise Exhausted(f"max_runs = {problem.calibration.max_runs}: optuna needs at least {needed} runs here")
     with readable(database):
         _search(evaluator, study, points)
-    best = best_of(problem.parameters, evaluator.history)
-    if best is None:
-        raise NumericalError(f"none of {len(evaluator.history)} points gives a number: {evaluator.history[-1].reason}")
-    least_squares_from(evaluator, best.values)
+    fit_best(evaluator)
 
 
 def _search(evaluator: Evaluator, study: "Study", points: int) -> None:
-    """Evaluate what the study holds, then ask it for more, up to ``points`` in all."""
+    """Evaluate the trials of the study, then ask it for more, up to ``points`` in all."""
     from optuna.trial import TrialState
 
     known = [trial for trial in study.get_trials(deepcopy=False) if trial.state != TrialState.WAITING]
@@ -191,7 +171,7 @@ def _search(evaluator: Evaluator, study: "Study", points: int) -> None:
 
 
 def _replay(evaluator: Evaluator, study: "Study", known: Sequence["FrozenTrial"]) -> None:
-    """Evaluate the trials of earlier calls again, which finds their runs, and tell of those that were under way."""
+    """Evaluate the trials of earlier calls from their finished runs, and complete those that were running."""
     from optuna.trial import Trial, TrialState
 
     drawn = [trial for trial in known if len(trial.params) == len(evaluator.problem.parameters)]
@@ -200,55 +180,49 @@ def _replay(evaluator: Evaluator, study: "Study", known: Sequence["FrozenTrial"]
         if trial.state == TrialState.RUNNING:
             _tell(evaluator, study, Trial(study, trial._trial_id), evaluation)
     for trial in known:
-        if trial.state == TrialState.RUNNING and trial not in drawn:  # stopped while its values were drawn
+        if trial.state == TrialState.RUNNING and trial not in drawn:  # stopped before all values were drawn
             study.tell(trial.number, state=TrialState.FAIL)
 
 
 def _asked(evaluator: Evaluator, study: "Study", number: int) -> "Trial":
-    """A new trial with values; what is drawn at random depends on its ``number`` and the seed alone."""
+    """Ask for a new trial; its random values depend on its ``number`` and the seed alone."""
+    from optuna.exceptions import ExperimentalWarning
+    from optuna.samplers import TPESampler
+
     calibration, parameters = evaluator.problem.calibration, evaluator.problem.parameters
-    study.sampler = _sampler(AT_RANDOM * len(parameters), [calibration.seed, number])
+    seed = int(np.random.SeedSequence([calibration.seed, number]).generate_state(1)[0])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ExperimentalWarning)
+        # running points count as bad ones (constant liar), so that parallel points spread
+        study.sampler = TPESampler(n_startup_trials=AT_RANDOM * len(parameters), constant_liar=True, seed=seed)
     trial = study.ask()
     for p in parameters:
         trial.suggest_float(p.name, p.low, p.high, log=p.log)
     return trial
 
 
-def _sampler(at_random: int, seeds: Sequence[int]) -> "TPESampler":
-    """Takes points that are under way for bad ones, so that a batch spreads."""
-    from optuna.exceptions import ExperimentalWarning
-    from optuna.samplers import TPESampler
-
-    seed = int(np.random.SeedSequence(seeds).generate_state(1)[0])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ExperimentalWarning)
-        return TPESampler(n_startup_trials=at_random, constant_liar=True, seed=seed)
-
-
 def _point(evaluator: Evaluator, values: Mapping[str, float]) -> Point:
-    """The point that is tried: the study's values with the digits of a calibration."""
+    """Round the study's values to the digits of a calibration."""
     return tuple(p.value(p.position(values[p.name])) for p in evaluator.problem.parameters)
 
 
 def _tell(evaluator: Evaluator, study: "Study", trial: "Trial", evaluation: Evaluation) -> None:
-    """Write what came of a trial to the database."""
+    """Write the outcome of a trial to the database.
+
+    A trial without a result is pruned, so that the sampler avoids it, or failed if the machine may be the reason.
+    """
+    from optuna.trial import TrialState
+
     if evaluation.good:
         study.tell(trial, cost(evaluator.problem.parameters, evaluation))
         return
     trial.set_user_attr("reason", evaluation.reason[:LONGEST_REASON])
-    study.tell(trial, state=_lost_as(evaluation))
-
-
-def _lost_as(evaluation: Evaluation) -> "TrialState":
-    """Pruned what would come to the same again, which the sampler then avoids; failed what a machine may have done."""
-    from optuna.trial import TrialState
-
-    again = any(not r.settled and r.status != "timeout" for r in evaluation.records.values())
-    return TrialState.FAIL if again else TrialState.PRUNED
+    machine = any(not r.settled and r.status != "timeout" for r in evaluation.records.values())
+    study.tell(trial, state=TrialState.FAIL if machine else TrialState.PRUNED)
 
 
 def _met(evaluator: Evaluator) -> bool:
-    """Tell whether a point meets all targets, and no prior pulls elsewhere."""
+    """Tell whether a point meets all targets, and no parameter has a prior."""
     tolerance = evaluator.problem.calibration.tolerance
     if any(p.prior for p in evaluator.problem.parameters):
         return False

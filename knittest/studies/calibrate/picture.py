@@ -1,4 +1,4 @@
-"""convergence.png: how the search came to what it found."""
+"""Picture convergence.png: the course of the search."""
 
 import math
 from pathlib import Path
@@ -6,55 +6,38 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, Stamp, dress, new_figure, save, stamped
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, Stamp, new_figure, save, stamped
 from knittest.base.result_rows import LABELS
 from knittest.laboratory.report_base import size_of
-from knittest.studies.calibrate.outcome import Outcome, largest_deviations
+from knittest.studies.calibrate.outcome import Outcome
 from knittest.studies.calibrate.targets import Number
+from knittest.studies.trials.figure import COLOURS, DASHED, log_scale, mark_lost, panel, unit_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 #: columns of the legend of parameters
 LEGEND_COLUMNS = 2
-COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, GREY)
 
 
 def convergence_picture(outcome: Outcome, path: Path) -> None:
-    """Deviation over the points of the search, and beside it the response (one parameter) or the parameters (several).
-
-    Crosses are points without numbers. Raises :class:`ResourceError`.
-    """
+    """Draw deviations, and response or parameters, over the search; raises :class:`ResourceError`."""
     more = 0.2 * ((len(outcome.problem.parameters) - 1) // LEGEND_COLUMNS)  # inches for further rows of the legend
     height = 4.6 + more
     figure = new_figure(10.0, height)
     left, right = figure.subplots(1, 2)
     top = 1.0 - (0.83 + more) / height
     figure.subplots_adjust(left=0.08, right=0.97, bottom=0.6 / height, top=top, wspace=0.26)
-    for axes in (left, right):
-        dress(axes)
-        axes.spines["right"].set_visible(False)
-    _deviations(left, outcome)
+    _deviations(panel(left), outcome)
+    panel(right)
     target = outcome.problem.targets[0]
     if len(outcome.problem.parameters) == len(outcome.problem.targets) == 1 and isinstance(target, Number):
         _response(right, outcome, target)
     else:
         _values(right, outcome)
     state = "converged" if outcome.converged else "NOT converged"
-    figure.suptitle(
-        f"{outcome.problem.name}: {state}, {outcome.runs} runs",
-        x=0.08,
-        y=1.0 - 0.18 / height,
-        ha="left",
-        va="top",
-        fontsize=12,
-    )
-    with stamped(_stamp(outcome)):
-        save(figure, path)
-
-
-def _stamp(outcome: Outcome) -> Stamp:
-    """The tests of the calibration, and whether its result may be used."""
+    title = f"{outcome.problem.name}: {state}, {outcome.runs} runs"
+    figure.suptitle(title, x=0.08, y=1.0 - 0.18 / height, ha="left", va="top", fontsize=12)
     facts = []
     for case in outcome.problem.cases:
         run = case.run()
@@ -62,16 +45,18 @@ def _stamp(outcome: Outcome) -> Stamp:
         sizes = ", ".join(size_of(run))
         facts.append(f"{run.fabric.name}, {test}, {run.model.scale}, preset {run.model.preset}, {sizes}")
     verdict = "" if outcome.converged else f"not converged: {outcome.failure}"
-    return Stamp(facts, verdict, bad=not outcome.converged)
+    with stamped(Stamp(facts, verdict, bad=not outcome.converged)):
+        save(figure, path)
 
 
 def _deviations(axes: "Axes", outcome: Outcome) -> None:
-    """Largest deviation at each point and the best so far, and the tolerance."""
+    """Draw the largest deviation at each point, the best so far, and the tolerance."""
     from matplotlib.ticker import MaxNLocator
 
     numbers = np.arange(1, len(outcome.history) + 1)
     floor = 0.1 * outcome.problem.calibration.tolerance
-    found = np.maximum(largest_deviations(outcome), floor)
+    largest = [np.abs(one.deviations).max() if one.deviations is not None else np.nan for one in outcome.history]
+    found = np.maximum(largest, floor)
     good = np.isfinite(found)
     axes.plot(numbers[good], found[good], "o", color=BLUE, markersize=5, label="largest of the targets")
     if good.any():
@@ -79,49 +64,39 @@ def _deviations(axes: "Axes", outcome: Outcome) -> None:
         axes.step(numbers[good], best[good], where="post", color=BLUE, linewidth=1.2, alpha=0.6, label="best so far")
     else:
         axes.set_ylim(floor, 100.0 * floor)  # the tolerance alone is no range
-    axes.axhline(
-        outcome.problem.calibration.tolerance, color=GREY, linewidth=1.0, linestyle=(0, (4, 2)), label="tolerance"
-    )
-    _lost(axes, numbers[~good])
+    tolerance = outcome.problem.calibration.tolerance
+    axes.axhline(tolerance, color=GREY, linewidth=1.0, linestyle=DASHED, label="tolerance")
+    mark_lost(axes, numbers[~good], label="no result")
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter("{x:g}")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(
-        xlabel="point of the search",
-        ylabel="deviation [sd], drawn from tolerance/10 up",
-    )
+    axes.set(xlabel="point of the search", ylabel="deviation [sd], at least tolerance/10")
     axes.legend(frameon=False, fontsize=8.5, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.2)
 
 
 def _response(axes: "Axes", outcome: Outcome, target: Number) -> None:
-    """The result over the parameter, the experiment's mean ± sd, and what was found with its interval."""
-    from matplotlib.ticker import LogLocator, NullLocator
-
+    """Draw the result over the parameter, the target, and the value found with its interval."""
     (parameter,) = outcome.problem.parameters
     good = sorted((one.values[0], one.simulated[0]) for one in outcome.history if one.good)
     mean, sd = target.mean, target.sd
     axes.axhspan(mean - sd, mean + sd, color=ORANGE, alpha=0.12, linewidth=0)
-    axes.axhline(mean, color=ORANGE, linewidth=1.2, linestyle=(0, (4, 2)), label="target, mean ± sd")
+    axes.axhline(mean, color=ORANGE, linewidth=1.2, linestyle=DASHED, label="target, mean ± sd")
     axes.plot([x for x, _ in good], [y for _, y in good], "o-", color=BLUE, markersize=5, linewidth=1.0, label="runs")
     if outcome.best and outcome.judgement:
         low, high = outcome.judgement.found[0].interval
         axes.axvspan(low, high, color=GREEN, alpha=0.08, linewidth=0)
-        axes.axvline(
-            outcome.best.values[0], color=GREEN, linewidth=1.4, label=f"found: {outcome.best.values[0]:.4g}, 95 %"
-        )
-    _lost(axes, np.array([one.values[0] for one in outcome.history if not one.good]))
+        value = outcome.best.values[0]
+        axes.axvline(value, color=GREEN, linewidth=1.4, label=f"found: {value:.4g}, 95 %")
+    mark_lost(axes, np.array([one.values[0] for one in outcome.history if not one.good]), label="no result")
     if parameter.log:
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 3.0, 5.0)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_locator(NullLocator())
-    unit = f" [{parameter.unit if parameter.unit != '1' else '-'}]" if parameter.unit else ""
-    axes.set(xlabel=f"{parameter.name}{unit}", ylabel=LABELS.get(target.quantity, (target.quantity,))[0])
+        log_scale(axes.xaxis, (1.0, 2.0, 3.0, 5.0))
+    axes.set_xlabel(f"{parameter.name}{unit_label(parameter.unit)}")
+    axes.set_ylabel(LABELS.get(target.quantity, (target.quantity,))[0])
     axes.legend(frameon=False, fontsize=8.5, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, borderaxespad=0.2)
 
 
 def _values(axes: "Axes", outcome: Outcome) -> None:
-    """Each parameter between its bounds, point by point, with its interval at the end."""
+    """Draw each parameter between its bounds, point by point, with its interval at the end."""
     from matplotlib.ticker import MaxNLocator
 
     numbers = np.arange(1, len(outcome.history) + 1)
@@ -131,17 +106,14 @@ def _values(axes: "Axes", outcome: Outcome) -> None:
         positions = np.array([parameter.position(one.values[k]) for one in outcome.history])
         value = f": {outcome.best.values[k]:.4g}" if outcome.best else ""
         name = ".".join(parameter.name.split(".")[-2:])
-        axes.plot(
-            numbers[good], positions[good], "o-", color=colour, markersize=4, linewidth=1.0, label=f"{name}{value}"
-        )
+        label = f"{name}{value}"
+        axes.plot(numbers[good], positions[good], "o-", color=colour, markersize=4, linewidth=1.0, label=label)
         if outcome.judgement and outcome.best:
             ends = [parameter.position(v) for v in outcome.judgement.found[k].interval]
             here = parameter.position(outcome.best.values[k])
-            at = numbers[-1] + 0.6 + 0.35 * k
-            axes.errorbar(
-                [at], [here], [[here - ends[0]], [ends[1] - here]], fmt="s", color=colour, capsize=3, markersize=5
-            )
-    _lost(axes, numbers[~good])
+            at, off = numbers[-1] + 0.6 + 0.35 * k, [[here - ends[0]], [ends[1] - here]]
+            axes.errorbar([at], [here], off, fmt="s", color=colour, capsize=3, markersize=5)
+    mark_lost(axes, numbers[~good], label="no result")
     axes.set_ylim(-0.06, 1.06)
     axes.set_yticks([0.0, 0.5, 1.0], ["low", "middle", "high"])
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -150,9 +122,3 @@ def _values(axes: "Axes", outcome: Outcome) -> None:
         frameon=False, fontsize=8, loc="lower left", bbox_to_anchor=(-0.13, 1.0), ncols=LEGEND_COLUMNS,
         borderaxespad=0.2, columnspacing=1.2,
     )  # fmt: skip
-
-
-def _lost(axes: "Axes", places: np.ndarray) -> None:
-    if len(places):
-        bottom = axes.get_xaxis_transform()
-        axes.plot(places, np.full(len(places), 0.04), "x", color=RED, markersize=6, transform=bottom, label="no number")

@@ -1,9 +1,10 @@
-"""Problem of a calibration: its parameters, tests and targets, and its points, each run and judged by the targets."""
+"""Problem of a calibration: its parameters, tests and targets, and the evaluation of points."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
@@ -12,20 +13,19 @@ from knittest.base.history import Array
 from knittest.config import studies as file
 from knittest.config.base import Quantity
 from knittest.config.fields import place
-from knittest.config.messages import number_path
 from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.yaml_loader import Document, KeyPath, dotted
 from knittest.studies.calibrate.targets import Number, Target, targets_of
 from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import Case, existing, fabric_path, settings_of, tried
-from knittest.studies.trials.runner import TrialRunner
+from knittest.studies.trials.case import Case, fabric_path, file_beside, number_paths, settings_of, tried
+from knittest.studies.trials.runner import RESUME, TrialRunner
 from knittest.studies.trials.trial import Record, Trial, trial_of
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A number between ``low`` and ``high``, the same at all ``paths`` of a run; ``prior`` is its mean and sd."""
+    """Number between ``low`` and ``high``, the same at all ``paths`` of a run; ``prior`` is its mean and sd."""
 
     paths: tuple[KeyPath, ...]
     unit: str
@@ -42,42 +42,37 @@ class Parameter:
         return dotted(self.paths[0])
 
     def value(self, position: float) -> float:
-        """The value at ``position``, 0 at ``low`` and 1 at ``high``."""
+        """Value at ``position``, 0 at ``low`` and 1 at ``high``."""
         p = min(max(float(position), 0.0), 1.0)
         found = self.low * (self.high / self.low) ** p if self.log else self.low + p * (self.high - self.low)
         return tried(found, self.low, self.high)
 
     def position(self, value: float) -> float:
-        """The inverse of :meth:`value`."""
+        """Position of ``value``, the inverse of :meth:`value`."""
         if self.log:
             return float(np.log(value / self.low) / np.log(self.high / self.low))
         return (value - self.low) / (self.high - self.low)
 
+    def span(self, value: float) -> float:
+        """Change over the whole bounds by the slope at ``value``."""
+        return value * float(np.log(self.high / self.low)) if self.log else self.high - self.low
+
     def settings(self, value: float, kind: str) -> list[Setting]:
-        """``value`` at those paths that a test of ``kind`` has."""
+        """Settings of ``value`` at the paths that a test of ``kind`` has."""
         return [Setting(path, value, self.where) for path in self.paths if place(path, kind) is not None]
 
 
 def parameters_of(calibration: file.Calibration, document: Document, runs: Sequence[Run]) -> list[Parameter]:
-    """All parameters, checked against the schema and against ``runs``, one a test with the fabric as it is.
-
-    Raises :class:`InputError` with file and line for a field that no run has, that is no number, or is given twice.
-    """
+    """All parameters; raises :class:`InputError` for a field that no run has, is no number, or is given twice."""
     kinds = [run.rig.kind for run in runs]
-    found, said = [], dict[KeyPath, str]()
+    found, claimed = [], dict[KeyPath, str]()
     for name, one in calibration.parameters.items():
         where = document.where(("parameters", name))
-        names = [name, *one.also]
-        paths = tuple(number_path(n, where, kinds) for n in names)
-        for path in paths:
-            if path in said:
-                raise InputError(f"{where}: {dotted(path)}: given twice, first at {said[path]}: give it once")
-            said[path] = where
+        paths = number_paths([name, *one.also], where, kinds, claimed)
         prior = None if one.mean is None or one.sd is None else (one.mean, one.sd)
-        first = place(paths[0], next(kind for kind in kinds if place(paths[0], kind)))
-        log = one.spacing == "log"
+        field = next(field for kind in kinds if (field := place(paths[0], kind)))
         start = _start(one, current(paths[0], runs))
-        found.append(Parameter(paths, first.unit if first else "", one.low, one.high, start, log, prior, where))
+        found.append(Parameter(paths, field.unit, one.low, one.high, start, one.spacing == "log", prior, where))
     return found
 
 
@@ -90,14 +85,9 @@ def _start(one: file.Parameter, here: Quantity | float | None) -> float:
 
 def current(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
     """Number at ``path`` in the first run that has it; ``None`` for anything but a number."""
-    for run in runs:
-        if place(path, run.rig.kind) is None:
-            continue
-        value: object = run
-        for part in path:
-            value = getattr(value, str(part), None)
-        return value if isinstance(value, Quantity | int | float) else None
-    return None
+    run: Any = next((run for run in runs if place(path, run.rig.kind) is not None), None)
+    value = reduce(lambda found, part: getattr(found, str(part), None), path, run)
+    return value if isinstance(value, Quantity | int | float) else None
 
 
 @dataclass(frozen=True)
@@ -111,7 +101,7 @@ class Problem:
     targets: list[Target]
 
     def run(self, case: Case, values: Sequence[float]) -> Run:
-        """The run of ``case`` with ``values`` of the parameters."""
+        """Run of ``case`` with ``values`` of the parameters."""
         pairs = zip(self.parameters, values, strict=True)
         run = case.run([setting for one, value in pairs for setting in one.settings(value, case.kind)])
         return with_cards([run])[0]
@@ -126,56 +116,44 @@ class Problem:
 
     @property
     def root_hindrance(self) -> str:
-        """Reason why no root can be looked for; empty if one can."""
+        """Reason why the method root does not fit; empty if it does."""
         if len(self.parameters) != 1 or len(self.targets) != 1 or not isinstance(self.targets[0], Number):
-            return "it takes one parameter, and one number as target"
-        return "a prior has no place in it" if self.parameters[0].prior else ""
+            return "expected one parameter, and one number as target"
+        return "expected a parameter without a prior" if self.parameters[0].prior else ""
 
 
 def problem_of(document: Document, accept_limits: bool = False) -> Problem:
-    """The problem in ``document``, raises :class:`InputError` with file and line; limits looser
-    than the preset's may be accepted.
-    """
+    """Read the problem in ``document``; raises :class:`InputError` with file and line."""
     calibration = file.parse_calibration(document)
-    cases = [replace(case, accept_limits=accept_limits) for case in _cases(calibration, document)]
+    base = settings_of(calibration.base, document, ("base",))
+    fabric = fabric_path(calibration.base, document, ("base",))
+    cases = []
+    for name, test in calibration.tests.items():
+        at = ("tests", name)
+        config = test.config and file_beside(document, test.config, document.where((*at, "config")))
+        settings = (*base, *settings_of(test, document, at))
+        cases.append(Case(name, test.test, fabric, config or None, settings, accept_limits))
     runs = {case.name: case.run() for case in cases}
     parameters = parameters_of(calibration, document, list(runs.values()))
     targets = targets_of(calibration, document, runs)
     idle = [case.name for case in cases if all(target.test != case.name for target in targets)]
     if idle:
         where = document.where(("tests", idle[0]))
-        raise InputError(f"{where}: tests.{idle[0]}: no target is about it: add one, or leave the test out")
+        raise InputError(f"{where}: tests.{idle[0]}: no target belongs to this test: add one, or remove the test")
     problem = Problem(Path(document.source).stem, calibration, parameters, cases, targets)
-    _check_bounds(problem)
+    for case in cases:
+        for parameter in parameters:
+            for bound in (parameter.low, parameter.high):
+                case.run(parameter.settings(bound, case.kind))  # the schema may reject a bound
     if calibration.method == "root" and problem.root_hindrance:
         raise InputError(f"{document.where(('method',))}: method = root: {problem.root_hindrance}")
     if calibration.storage is not None and calibration.method != "optuna":
-        raise InputError(f"{document.where(('storage',))}: storage: only method = optuna has a database")
+        raise InputError(f"{document.where(('storage',))}: storage: only method = optuna uses a database")
     return problem
 
 
-def _check_bounds(problem: Problem) -> None:
-    """Raise :class:`InputError` when the schema refuses a bound."""
-    for case in problem.cases:
-        for parameter in problem.parameters:
-            for bound in (parameter.low, parameter.high):
-                case.run(parameter.settings(bound, case.kind))
-
-
-def _cases(calibration: file.Calibration, document: Document) -> list[Case]:
-    folder = Path(document.source).resolve().parent
-    fabric = fabric_path(calibration.base, document, ("base",))
-    found = []
-    for name, test in calibration.tests.items():
-        at = ("tests", name)
-        config = None if test.config is None else existing(folder / test.config, document.where((*at, "config")))
-        settings = [*settings_of(calibration.base, document, ("base",)), *settings_of(test, document, at)]
-        found.append(Case(name, test.test, fabric, config, tuple(settings)))
-    return found
-
-
 def described(values: Sequence[float], parameters: Sequence[Parameter]) -> str:
-    """``strain.warp=1.75 ...``: a point in a line."""
+    """``strain.warp=1.75, ...``: a point in a line."""
     pairs = zip(parameters, values, strict=True)
     return ", ".join(f"{'.'.join(dotted(p.paths[0]).split('.')[-2:])}={value:.5g}" for p, value in pairs)
 
@@ -184,15 +162,15 @@ Point = tuple[float, ...]
 
 
 class Exhausted(KnittestError):
-    """The most runs that were allowed are used up."""
+    """The largest allowed number of runs is reached."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Outcome of the tests at ``values``; ``reason`` says why there is no number, and is empty where there is one.
+    """Results of the tests at ``values``; ``reason`` says why there is no result, and is empty where there is one.
 
-    ``simulated`` is that of each target and ``deviations`` (m,) are over sd, a number one, a curve several;
-    ``weights`` (m,). ``records`` are by test.
+    ``simulated`` has a number for each target. ``deviations`` (m,) over sd and ``weights`` (m,) have one value for a
+    number and several for a curve. ``records`` are by test.
     """
 
     number: int
@@ -205,43 +183,28 @@ class Evaluation:
 
     @property
     def good(self) -> bool:
-        """Tell whether there are numbers."""
+        """Tell whether there is a result."""
         return self.deviations is not None
 
     @property
     def residuals(self) -> Array:
         """Weighted deviations (m,)."""
         if self.deviations is None or self.weights is None:
-            raise ValueError(f"no numbers at {self.values}: {self.reason}")
-        residuals: Array = np.sqrt(self.weights) * self.deviations
-        return residuals
+            raise ValueError(f"no result at {self.values}: {self.reason}")
+        return np.sqrt(self.weights) * self.deviations
 
 
-class Evaluator(Protocol):
-    """Interface that the searches ask for evaluations."""
+class Evaluator:
+    """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` gets every evaluation, ``ended`` every record.
 
-    problem: Problem
-    history: list[Evaluation]
-
-    def many(self, points: Sequence[Point]) -> list[Evaluation]:
-        """Evaluations of ``points``, all at once; each point is evaluated once in a calibration."""
-
-
-class TrialEvaluator:
-    """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` hears of every point that is done, ``ended``
-    of every trial.
-
-    Raises :class:`Exhausted` instead of going over the runs allowed, :class:`ResourceError` when the machine has no
+    Raises :class:`Exhausted` before it exceeds the allowed number of runs, :class:`ResourceError` if the machine has no
     room for a trial, :class:`InputError` for a target that no test has.
     """
 
     def __init__(
-        self,
-        problem: Problem,
-        runner: TrialRunner,
-        tell: Callable[[Evaluation], None],
+        self, problem: Problem, runner: TrialRunner, tell: Callable[[Evaluation], None],
         ended: Callable[[Trial, Record], None],
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.problem, self.history = problem, list[Evaluation]()
         self._runner, self._tell, self._ended = runner, tell, ended
         self._known: dict[Point, Evaluation] = {}
@@ -249,19 +212,19 @@ class TrialEvaluator:
         self._records: dict[str, Record] = {}
 
     def many(self, points: Sequence[Point]) -> list[Evaluation]:
-        """See :meth:`Evaluator.many`."""
+        """Evaluate ``points`` in parallel; each point is evaluated once in a calibration."""
         new = [point for point in dict.fromkeys(points) if point not in self._known]
         trials = {point: self._trials(point) for point in new}
         self._run([t for found in trials.values() if isinstance(found, dict) for t in found.values()])
         for point in new:
-            evaluation = self._judged(point, trials[point])
+            evaluation = self._evaluation(point, trials[point])
             self._known[point] = evaluation
             self.history.append(evaluation)
             self._tell(evaluation)
         return [self._known[point] for point in points]
 
     def _trials(self, point: Point) -> dict[str, Trial] | str:
-        """The trials at ``point`` by test, or why the input is refused there."""
+        """Trials at ``point`` by test, or the reason why its input is invalid."""
         label = described(point, self.problem.parameters)
         try:
             return {c.name: trial_of(self.problem.run(c, point), f"{c.name}: {label}") for c in self.problem.cases}
@@ -272,15 +235,15 @@ class TrialEvaluator:
         wanted = {trial.key: trial for trial in trials if trial.key not in self._asked}
         most = self.problem.calibration.max_runs
         if len(self._asked) + len(wanted) > most:
-            raise Exhausted(f"max_runs = {most} runs were not enough")
+            raise Exhausted(f"the search needs more than max_runs = {most} runs")
         self._asked |= wanted.keys()
         for record in self._runner.run(list(wanted.values())):
             self._records[record.key] = record
             self._ended(wanted[record.key], record)
             if record.status == "blocked":
-                raise ResourceError(f"{record.reason}; what is finished is kept, run the same command again to go on")
+                raise ResourceError(f"{record.reason}; {RESUME}")
 
-    def _judged(self, point: Point, trials: dict[str, Trial] | str) -> Evaluation:
+    def _evaluation(self, point: Point, trials: dict[str, Trial] | str) -> Evaluation:
         number = len(self.history) + 1
         if isinstance(trials, str):
             return Evaluation(number, point, {}, reason=trials)

@@ -1,4 +1,4 @@
-"""Targets of a calibration, and the distance of a finished trial from them in standard deviations."""
+"""Targets of a calibration, and the deviation of a finished trial from them in standard deviations."""
 
 import math
 from dataclasses import dataclass
@@ -23,15 +23,15 @@ from knittest.studies.trials.trial import Record
 
 #: points of a curve that are compared, evenly spaced over its range
 CURVE_POINTS = 21
-#: scatter of a curve is at least this share of its largest one: a curve that starts at the origin has none there
+#: least scatter of a curve, as a share of its largest one: a curve that starts at the origin has none there
 LEAST_SCATTER = 0.1
 
 
 @dataclass(frozen=True)
 class Number:
-    """A result ``quantity`` that must be ``mean``; deviations are over ``sd``; ``source`` is where these come from.
+    """Target ``mean`` of the result ``quantity``; deviations are over ``sd``; both come from ``source``.
 
-    Results of specimens of whole yarns are taken to their nominal size by ``factors``, one a specimen.
+    ``factors``, one a specimen, scale results of specimens of whole yarns to the nominal size.
     """
 
     test: str
@@ -45,7 +45,7 @@ class Number:
     factors: tuple[float, ...] = ()
 
     def simulated(self, record: Record, folder: Path) -> float:
-        """The result in ``record`` for the nominal size; raises :class:`InputError` where the test has none."""
+        """Result in ``record`` for the nominal size; raises :class:`InputError` if the test has none."""
         if self.quantity not in record.values:
             known = ", ".join(record.values)
             raise InputError(f"{self.where}: quantity = {self.quantity}: the test has no such result (known: {known})")
@@ -59,7 +59,7 @@ class Number:
 
 @dataclass(frozen=True)
 class Curve:
-    """A reference that the curve of ``run`` must follow; ``sd`` (n,) belongs to the points ``x`` (n,), ``y`` (n,)."""
+    """Reference curve for the test ``run``; ``sd`` (n,) belongs to the points ``x`` (n,), ``y`` (n,)."""
 
     test: str
     run: Run
@@ -73,7 +73,7 @@ class Curve:
 
     @property
     def source(self) -> str:
-        """Source of the curve, whether it was measured, and how it was scaled to the test."""
+        """Source of the curve, its kind (measured), and how it was scaled to the test."""
         note = f"; {self.reference.note}" if self.reference.note else ""
         return f"{self.reference.source} ({self.reference.kind}{note})"
 
@@ -82,10 +82,7 @@ class Curve:
         return float(np.sqrt(np.sum(self.deviations(record, folder) ** 2)))
 
     def deviations(self, record: Record, folder: Path) -> Array:
-        """Deviations over sd (n,), each over sqrt(n): a curve counts as much as a number.
-
-        Where the test ended before the reference, its last force counts.
-        """
+        """Deviations over sd and sqrt(n) (n,), as a curve weighs as a number; after its end the last force counts."""
         import pandas as pd
 
         table = pd.read_csv(folder / "curve.csv")
@@ -94,21 +91,20 @@ class Curve:
         x, y = (columns[name] for name in columns_of(columns, self.reference))
         forward = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
         found = np.interp(self.x, x[forward], y[forward])
-        deviations: Array = (found - self.y) / self.sd / np.sqrt(len(self.x))
-        return deviations
+        return np.asarray((found - self.y) / self.sd / np.sqrt(len(self.x)))
 
 
 Target = Number | Curve
 
 
 def targets_of(calibration: file.Calibration, document: Document, runs: dict[str, Run]) -> list[Target]:
-    """All targets; ``runs`` are the tests by name. Raises :class:`InputError` for one without data or scatter."""
+    """Read all targets; ``runs`` are the tests by name. Raises :class:`InputError` for one without data or scatter."""
     folder = Path(document.source).resolve().parent
     found: list[Target] = []
     for number, one in enumerate(calibration.targets):
         where = document.where(("targets", number))
         if one.test not in runs:
-            raise InputError(f"{where}: test = {one.test}: no such test here (known: {', '.join(runs)})")
+            raise InputError(f"{where}: test = {one.test}: no such test in this file (known: {', '.join(runs)})")
         run = runs[one.test]
         found.append(_curve(one, run, folder, where) if one.curve else _number(one, run, where))
     return found
@@ -122,50 +118,45 @@ def _number(one: file.Target, run: Run, where: str) -> Number:
     row = _row(quantity, run, where)
     sd = row.sd if one.sd is None else one.sd
     if not sd > 0.0:
-        raise InputError(f"{where}: quantity = {quantity}: the table states no scatter: give sd")
-    label = " ".join(
-        filter(None, (f"V{run.fabric.experiment_variant}", run.direction, ROW_NAMES.get(quantity, quantity)))
-    )
+        raise InputError(f"{where}: quantity = {quantity}: the table states no scatter: add sd")
+    named = (f"V{run.fabric.experiment_variant}", run.direction, ROW_NAMES.get(quantity, quantity))
+    label = " ".join(filter(None, named))
     return Number(one.test, quantity, row.mean, sd, one.weight, row.table, label, where, row.factors)
 
 
 def _row(quantity: str, run: Run, where: str) -> PublishedValue:
-    """The table's row, for the size of the strip in ``run``."""
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
-        raise InputError(f"{where}: quantity = {quantity}: {fabric.name} names no experiment: give value and sd")
+        raise InputError(f"{where}: quantity = {quantity}: {fabric.name} names no experiment: add value and sd")
     folder = data_dir() / fabric.experiment
     try:
         rows = published(folder, fabric.experiment_variant, run.direction, kinds()[run.rig.kind].published)
     except InputError as error:
-        raise InputError(f"{where}: quantity = {quantity}: {error}; give value and sd instead") from None
+        raise InputError(f"{where}: quantity = {quantity}: {error}; add value and sd instead") from None
     report = REPORTS[run.rig.kind]
     scaled = [row for row in report.scaled(run, rows) if row.quantity == quantity]
     if apart := report.apart(run, [row for row in rows if row.quantity == quantity]):
-        raise InputError(f"{where}: quantity = {quantity}: {'; '.join(apart)}; or give value and sd")
+        raise InputError(f"{where}: quantity = {quantity}: {'; '.join(apart)}; or add value and sd")
     if not scaled:
         wanted = f"variant {fabric.experiment_variant} {run.direction}".strip()
-        raise InputError(f"{where}: quantity = {quantity}: no row of {wanted} in {folder}: give value and sd")
+        raise InputError(f"{where}: quantity = {quantity}: no row of {wanted} in {folder}: add value and sd")
     return scaled[0]
 
 
 def _curve(one: file.Target, run: Run, folder: Path, where: str) -> Curve:
-    beside = folder / str(one.curve)
+    own = folder / str(one.curve)
     try:
-        found = find_curve(beside if beside.is_file() else Path(str(one.curve)))
+        found = find_curve(own if own.is_file() else Path(str(one.curve)))
         reference: ReferenceCurve = REPORTS[run.rig.kind].matched(run, found)
     except InputError as error:
         raise InputError(f"{where}: curve: {error}") from None
     x = np.linspace(reference.x[0], reference.x[-1], CURVE_POINTS)
     if reference.sd is None and one.sd is None:
-        raise InputError(f"{where}: curve = {one.curve}: it has no third column with the sd of the force: give sd")
-    sd = (
-        np.full(CURVE_POINTS, one.sd or 0.0)
-        if reference.sd is None or one.sd
-        else np.interp(x, reference.x, reference.sd)
-    )
+        raise InputError(f"{where}: curve = {one.curve}: it has no third column with the sd of the force: add sd")
+    own_sd = np.full(CURVE_POINTS, one.sd or 0.0)
+    sd = own_sd if reference.sd is None or one.sd else np.interp(x, reference.x, reference.sd)
     if not sd.max() > 0.0:
-        raise InputError(f"{where}: curve = {one.curve}: its sd is 0 everywhere: give sd")
+        raise InputError(f"{where}: curve = {one.curve}: its sd is 0 everywhere: add sd")
     y, sd = np.interp(x, reference.x, reference.mean), np.maximum(sd, LEAST_SCATTER * sd.max())
     label = f"{run.direction} curve {Path(str(one.curve)).name}".strip()
     return Curve(one.test, run, reference, x, y, sd, one.weight, label, where)

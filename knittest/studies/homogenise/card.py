@@ -1,4 +1,4 @@
-"""The material card: tension, shear and bending as tests of yarns give them, and the fabric file that holds it."""
+"""Macro material card: tension, shear and bending from meso simulations, and the fabric file that holds it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -28,14 +28,14 @@ Array = NDArray[np.float64]
 
 #: points of a tension curve between the origin and the largest force
 POINTS = 40
-#: smallest tangent of a tension curve, as a share of its secant: shells need one, and yarns that break leave none
+#: smallest tangent of a tension curve, as a share of its secant: shell elements need one, breaking yarns have none
 LEAST_TANGENT = 0.01
 #: fewest rows of a run's curve up to the largest force
 FEWEST_ROWS = 2 * POINTS
 
 
 def read_columns(folder: Path, x: str, y: str) -> tuple[Array, Array]:
-    """Columns ``x`` and ``y`` of curve.csv in the run ``folder``, first loading alone: up to the largest x."""
+    """Columns ``x`` and ``y`` of curve.csv in the run ``folder``, of the first loading only."""
     import pandas as pd
 
     table = pd.read_csv(folder / "curve.csv", comment="#")
@@ -44,22 +44,16 @@ def read_columns(folder: Path, x: str, y: str) -> tuple[Array, Array]:
     return along[first], force[first]
 
 
-def to_peak(strain: Array, force: Array) -> tuple[Array, Array]:
-    """The curve up to its largest force."""
-    end = int(np.argmax(force)) + 1
-    return strain[:end], force[:end]
-
-
 def tension_curve(strain: Array, force: Array) -> tuple[Array, Array]:
     """Strain [%] and force [N] from the origin to the largest force, from those of a strip, (n,).
 
-    Means over equal steps of strain, and the least change of them that lets the tangent nowhere fall below
-    :data:`LEAST_TANGENT` (isotonic regression); the end point is that of the run. Raises :class:`NumericalError` for
-    too few rows.
+    The forces are means over equal steps of strain with the least change (isotonic regression) for which no tangent is
+    below :data:`LEAST_TANGENT`; the end point is that of the run. Raises :class:`NumericalError` for too few rows.
     """
     from scipy.optimize import isotonic_regression
 
-    strain, force = to_peak(strain, force)
+    end = int(np.argmax(force)) + 1
+    strain, force = strain[:end], force[:end]
     if len(strain) < FEWEST_ROWS:
         raise NumericalError(f"{len(strain)} rows up to the largest force; expected at least {FEWEST_ROWS}")
     last, peak = float(strain[-1]), float(force[-1])
@@ -75,7 +69,7 @@ def tension_curve(strain: Array, force: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Tested:
-    """A finished test: its run, its folder, its results and its key."""
+    """Finished test: its run, folder, results and key."""
 
     run: Run
     folder: Path
@@ -84,25 +78,24 @@ class Tested:
 
 
 class NotTornError(NumericalError):
-    """A path ended before any yarn was torn."""
+    """The path ended before a yarn failed."""
 
 
 def pulled(test: Tested) -> tuple[Array, Array]:
     """Strain [%] and force per width [N/mm] up to the largest force, (n,)."""
-    if isinstance(test.run, CellRun):
-        return to_peak(*read_columns(test.folder, "strain_pct", f"{test.run.rig.path}_n_per_mm"))
-    strain, force = to_peak(*read_columns(test.folder, "strain_pct", "force_n"))
-    return strain, force / width(test.run)
+    cell = isinstance(test.run, CellRun)
+    column = f"{test.run.rig.path}_n_per_mm" if isinstance(test.run, CellRun) else "force_n"
+    strain, force = read_columns(test.folder, "strain_pct", column)
+    end = int(np.argmax(force)) + 1
+    return strain[:end], force[:end] if cell else force[:end] / width(test.run)
 
 
 def tension_of(test: Tested) -> tuple[Array, Array]:
-    """The tension curve that shells take; raises :class:`NotTornError` where none of a cell's yarns was torn."""
+    """Tension curve of the macro model; raises :class:`NotTornError` if no yarn of a cell failed."""
     run = test.run
     if isinstance(run, CellRun) and "cell_fracture_strain_pct" not in test.results:
-        raise NotTornError(
-            f"path {run.rig.path}: no yarn was torn up to rig.max_strain = {run.rig.max_strain:g} %: the tension curve "
-            "has no end"
-        )
+        limit = f"rig.max_strain = {run.rig.max_strain:g} %"
+        raise NotTornError(f"path {run.rig.path}: no yarn failed up to {limit}: increase it")
     return tension_curve(*pulled(test))
 
 
@@ -115,12 +108,12 @@ def normalised(test: Tested) -> tuple[Array, Array]:
 
 
 def shear_law(test: Tested) -> tuple[Array, Array]:
-    """The shear law that shells take: of a frame beyond its start-up, of a cell, which has none, from 0 on."""
+    """Shear law of the macro model: of a frame after its start-up; of a cell, which has none, from 0 on."""
     return homogenised_law(*normalised(test), 0.0 if isinstance(test.run, CellRun) else START)
 
 
 def bending_stiffness(test: Tested) -> float:
-    """Bending stiffness per width [N mm]: of a strip that of the heavy elastica of the same chord angle."""
+    """Bending stiffness per width [N mm]; of a strip that of the heavy elastica with the same chord angle."""
     run = test.run
     if isinstance(run, CellRun):
         return test.results["cell_bending_stiffness_n_mm"]
@@ -137,8 +130,8 @@ DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 @dataclass(frozen=True)
 class Card:
-    """Numbers of the shells: tension curves, strain [%] and force per width [N/mm], by direction; shear law, angle
-    [deg] and conjugate force [N/mm]; bending stiffness [N mm] by direction. ``tests`` are those it was made of.
+    """Macro material card from ``tests``: tension curves, strain [%] and force per width [N/mm], by direction; shear
+    law, angle [deg] and conjugate force [N/mm]; bending stiffness [N mm] by direction.
     """
 
     tension: dict[Direction, tuple[Array, Array]]
@@ -148,7 +141,7 @@ class Card:
 
 
 def card_of(tests: dict[Piece, Tested]) -> Card:
-    """The card that the finished ``tests`` lead to; raises :class:`NumericalError` for a curve of too few points."""
+    """Derive the card from finished ``tests``; raises :class:`NumericalError` for a curve of too few points."""
     tension: dict[Direction, tuple[Array, Array]] = {}
     bending: dict[Direction, float] = {}
     shear: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
@@ -169,17 +162,23 @@ def write_card(card: Card, folder: Path, command: str) -> Path:
     run = next(iter(card.tests.values())).run
     kind = f"# kind: simulated\n# fabric: {_name(run)}\n"
     for direction, (strain, force) in card.tension.items():
-        head = kind + _tension_head(card, direction, strain, force)
+        pulled_run = card.tests[Piece("tensile", direction)].run
+        lines = [f"source: {_source(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}"]
+        if isinstance(pulled_run, TensileRun):
+            lines.append(f"strip_width_mm: {width(pulled_run):.6g}")
+            lines.append(f"gauge_length_mm: {pulled_run.rig.gauge_length:g}")
+        lines += [f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}"]
+        head = kind + "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
         write_atomic(data / f"tension-{direction}.csv", head + _rows(strain, force))
-    head = f"{kind}# source: {_story(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
+    head = f"{kind}# source: {_source(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
     write_atomic(data / "shear.csv", head + _rows(*card.shear))
-    said = f"# Fabric {run.fabric.name} with a material card of the shells from tests of its yarns, by\n#   {command}\n"
-    write_atomic(folder / FABRIC, said + dump_mapping(_fabric(card, run, folder), ("fabric",)))
+    head = f"# Fabric {run.fabric.name} with a macro material card from meso simulations, made by\n#   {command}\n"
+    write_atomic(folder / FABRIC, head + dump_mapping(_fabric(card, run, folder), ("fabric",)))
     return folder / FABRIC
 
 
 def card_numbers(card: Card) -> dict[str, float]:
-    """The single numbers of the card by their field, and the ends of its curves."""
+    """Single numbers of the card by their field, and the ends of its curves."""
     found: dict[str, float] = {}
     for direction in DIRECTIONS:
         strain, force = card.tension[direction]
@@ -199,46 +198,35 @@ def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
     """Fields of the fabric of ``run`` with the card as its macro material."""
     data: dict[str, Any] = run.fabric.model_dump(mode="json", exclude_none=True)
     data["name"] = _name(run)
-    data["title"] = f"{run.fabric.title}; shells homogenised from yarns".removeprefix("; ")
+    data["title"] = f"{run.fabric.title}; macro material card homogenised from yarns".removeprefix("; ")
     macro = data["macro"]
     friction = ELASTIC if run.fabric.macro.shear is None else run.fabric.macro.shear.friction_share
     macro["tension"] = {d: f"{DATA_FOLDER}/tension-{d}.csv" for d in DIRECTIONS}
-    macro["fracture_strain"] = {
-        d: _derived(float(card.tension[d][0][-1]), _story(card, "tensile", d)) for d in DIRECTIONS
-    }
-    macro["bending_stiffness"] = {d: _derived(card.bending[d], _story(card, "cantilever", d)) for d in DIRECTIONS}
+    ends = {d: float(card.tension[d][0][-1]) for d in DIRECTIONS}
+    macro["fracture_strain"] = {d: _derived(end, _source(card, "tensile", d)) for d, end in ends.items()}
+    macro["bending_stiffness"] = {d: _derived(card.bending[d], _source(card, "cantilever", d)) for d in DIRECTIONS}
     macro["shear"] = {
-        "kind": "table", "curve": f"{DATA_FOLDER}/shear.csv", "source": "derived", "ref": _story(card, "picture-frame"),
-        "friction_share": friction.model_dump(mode="json", exclude_none=True),
+        "kind": "table", "curve": f"{DATA_FOLDER}/shear.csv", "source": "derived",
+        "ref": _source(card, "picture-frame"), "friction_share": friction.model_dump(mode="json", exclude_none=True),
     }  # fmt: skip
     if data.get("experiment"):
         data["experiment"] = kept_beside(data["experiment"], folder, "experiment")
     return data
 
 
-def _tension_head(card: Card, direction: Direction, strain: Array, force: Array) -> str:
-    """Source and conditions of a tension curve, its end, and the names of its columns."""
-    run = card.tests[Piece("tensile", direction)].run
-    lines = [f"source: {_story(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}"]
-    if isinstance(run, TensileRun):
-        lines += [f"strip_width_mm: {width(run):.6g}", f"gauge_length_mm: {run.rig.gauge_length:g}"]
-    lines += [f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}"]
-    return "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
-
-
 def _derived(value: float, ref: str) -> dict[str, Any]:
     return {"value": float(f"{value:.6g}"), "source": "derived", "ref": ref}
 
 
-def _story(card: Card, kind: str, direction: Direction | None = None) -> str:
-    """Sentence on the run that a number comes from."""
+def _source(card: Card, kind: str, direction: Direction | None = None) -> str:
+    """Source of a number: its run."""
     piece = next(p for p in PIECES if (p.kind, p.direction) == (kind, direction))
     test = card.tests[piece]
     run = test.run
-    of = f"{piece.name} of yarns"
+    of = f"{piece.name}, meso model"
     if isinstance(run, CellRun):
-        alike = ", yarns all alike: none is weaker" if kind == "tensile" else ""
-        of = f"path {run.rig.path} of a cell without an edge{alike}"
+        equal = ", all yarns of equal strength" if kind == "tensile" else ""
+        of = f"path {run.rig.path} of a periodic cell{equal}"
     return (
         f"homogenised from run trials/{test.key}: {of}, {run.fabric.name}, {run.parameters}, preset "
         f"{run.model.preset}, seed {run.variability.seed}"

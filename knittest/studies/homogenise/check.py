@@ -1,4 +1,4 @@
-"""Shells with the card against the yarns it was made of, number by number."""
+"""Comparison of macro simulations with the card and the meso simulations that it was made of."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from knittest.laboratory.cell.config import CellRun
 from knittest.studies.homogenise.card import Array, Tested, bending_stiffness, normalised, pulled
 from knittest.studies.homogenise.plan import Piece, width
 
-#: largest deviation [%] at which shells reproduce the yarns
+#: largest deviation [%] at which the macro model reproduces the meso model
 TOLERANCE = 5.0
 #: shares of the fracture strain and shear angles [deg] at which forces are compared
 SHARES, ANGLES = (0.5, 0.75), (10.0, 20.0, 30.0, 40.0)
@@ -18,7 +18,7 @@ NEAR_STRAIN, NEAR_ANGLE = 0.01, 0.5
 
 @dataclass(frozen=True)
 class Row:
-    """One number of both scales; ``deviation`` [%] is that of the shells."""
+    """One number of both scales; ``deviation`` [%] is that of the macro model."""
 
     test: str
     quantity: str
@@ -34,11 +34,17 @@ class Row:
 
 
 def compared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
-    """All rows of a test that both scales went through, of the same size."""
+    """Rows of a test that both scales have, of the same size."""
     if piece.kind == "tensile":
         return _pulled(piece, yarns, shells)
     if piece.kind == "picture-frame":
-        return _sheared(piece, yarns, shells)
+        own, other = normalised(yarns), normalised(shells)
+        last = min(own[0][-1], other[0][-1])
+        return [
+            _row(piece, f"normalised force at {a:g} deg", "N/mm", *(_near(*c, a, NEAR_ANGLE) for c in (own, other)))
+            for a in ANGLES
+            if a <= last
+        ]
     stiffness = _row(piece, "bending stiffness", "N mm", *(bending_stiffness(t) for t in (yarns, shells)))
     if isinstance(yarns.run, CellRun):
         return [stiffness]
@@ -66,16 +72,6 @@ def _pulled(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
     force, share = float(own[1][worst]), float(100.0 * off[worst] / own[1][-1])
     name = f"largest difference, at {own[0][worst]:.2f} %, over the peak"
     return [*rows, Row(piece.name, name, unit, force, force + float(off[worst]), share)]
-
-
-def _sheared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
-    own, other = normalised(yarns), normalised(shells)
-    last = min(own[0][-1], other[0][-1])
-    return [
-        _row(piece, f"normalised force at {a:g} deg", "N/mm", *(_near(*c, a, NEAR_ANGLE) for c in (own, other)))
-        for a in ANGLES
-        if a <= last
-    ]
 
 
 def _near(x: Array, y: Array, at: float, half: float) -> float:

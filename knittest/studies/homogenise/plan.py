@@ -1,4 +1,4 @@
-"""The tests of a homogenisation: five on yarns, or paths of a periodic cell, and the same on shells with the card."""
+"""Tests of a homogenisation: five meso tests, or paths of a periodic cell, and the macro tests with the card."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,15 +17,15 @@ from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.strips import carrying_width
 from knittest.laboratory.tensile.config import TensileRun
 
-#: where the yarns of a card are tested: in specimens, or in a cell without an edge
+#: meso simulations of a card: tests of specimens, or paths of a periodic cell
 Source = Literal["tests", "cell"]
-#: a strip of a cantilever is at least this much longer than its overhang
+#: least length of the strip of a cantilever over its overhang
 LONGER = 1.2
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A test of the plan, along ``direction`` if it has one."""
+    """Test of the plan, along ``direction`` if it has one."""
 
     kind: str
     direction: Direction | None = None
@@ -37,20 +37,16 @@ class Piece:
 
 
 PIECES = (
-    Piece("tensile", "warp"),
-    Piece("tensile", "weft"),
-    Piece("picture-frame"),
-    Piece("cantilever", "warp"),
+    Piece("tensile", "warp"), Piece("tensile", "weft"), Piece("picture-frame"), Piece("cantilever", "warp"),
     Piece("cantilever", "weft"),
-)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Request:
-    """Fabric to be homogenised and the model of its yarns, as the options of the command give them.
+    """Fabric to homogenise and settings of its meso model, as options of the command.
 
-    ``sets`` are ``key.path=value`` for all tests, or ``TEST.key.path=value`` for those of a kind; ``source`` says
-    whether yarns are those of specimens or of a cell without an edge.
+    ``sets`` are ``key.path=value`` for all tests, or ``TEST.key.path=value`` for those of a kind.
     """
 
     variant: str | None = None
@@ -64,13 +60,15 @@ class Request:
 
 
 def yarn_run(request: Request, piece: Piece) -> Run:
-    """The run of ``piece`` on yarns; raises :class:`InputError` for what the schema refuses."""
+    """Meso run of ``piece``; raises :class:`InputError` for invalid settings."""
     settings = settings_for(request.sets, piece)
     run = resolved(request, piece.kind, piece.direction, settings)
     if run.variability.specimens > 1:
         raise InputError("variability.specimens: a card is made of single specimens: leave it at 1")
-    if isinstance(run, CantileverRun):
-        overhang = run.rig.overhang or round(free_overhang(run), 1)
+    if isinstance(run, CantileverRun):  # without loops it would hang at a chord of 41.5 deg
+        fabric, along = run.fabric, run.rig.direction
+        stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(along) * fabric.density_per_mm.of(along)
+        overhang = run.rig.overhang or round(hanging(stiffness, run), 1)
         length = max(run.rig.length, LONGER * overhang)
         more = [own("rig.mode", "angle"), own("rig.overhang", overhang), own("rig.length", length)]
         run = resolved(request, piece.kind, piece.direction, [*settings, *more])
@@ -78,7 +76,7 @@ def yarn_run(request: Request, piece: Piece) -> Run:
 
 
 def resolved(request: Request, test: str, direction: Direction | None, sets: Sequence[Setting]) -> Run:
-    """The run of ``test`` on yarns as ``request`` gives them."""
+    """Meso run of ``test`` with the fabric and settings of ``request``."""
     return resolve(
         variant=request.variant, fabric=request.fabric, parameters=request.parameters, preset=request.preset,
         seed=request.seed, scale="meso", test=test, direction=direction, sets=sets,
@@ -86,26 +84,14 @@ def resolved(request: Request, test: str, direction: Direction | None, sets: Seq
     )  # fmt: skip
 
 
-def free_overhang(run: CantileverRun) -> float:
-    """Overhang [mm] at which the yarns along the strip alone would come to a chord of 41.5 deg: 2 (B / w)^(1/3), Eq. 2
-    of Pham et al. (2019).
-    """
-    fabric, direction = run.fabric, run.rig.direction
-    stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
-    return hanging(stiffness, run)
-
-
 def hanging(stiffness: float, run: CantileverRun) -> float:
-    """Overhang [mm] of a chord of 41.5 deg for a bending ``stiffness`` per width [N mm]."""
+    """Overhang [mm] of a chord of 41.5 deg for a ``stiffness`` B [N mm]: 2 (B / w)^(1/3), Eq. 2 of Pham et al."""
     weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
     return 2.0 * float((stiffness / weight) ** (1.0 / 3.0))
 
 
 def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
-    """The run of ``piece`` on shells of the fabric file ``card``, of the size that the test on ``yarns`` had.
-
-    A frame is sheared to ``last_angle`` [deg] at most, where its law ends. Raises :class:`InputError`.
-    """
+    """Macro run of ``piece`` with the file ``card``, of the size of ``yarns``; a frame up to ``last_angle`` [deg]."""
     settings = list[Setting]()
     if isinstance(yarns, TensileRun):
         settings = [own("rig.gauge_length", yarns.rig.gauge_length)]
@@ -120,7 +106,7 @@ def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
 
 
 def on_shells(piece: Piece, yarns: Run, card: Path, settings: Sequence[Setting]) -> Run:
-    """The run of ``piece`` on shells of the fabric file ``card``, its preset and seed as of ``yarns``."""
+    """Macro run of ``piece`` with the fabric file ``card``, and preset and seed of ``yarns``."""
     return resolve(
         fabric=card, preset=yarns.model.preset, seed=yarns.variability.seed, scale="macro", test=piece.kind,
         direction=piece.direction, sets=settings,
@@ -128,13 +114,13 @@ def on_shells(piece: Piece, yarns: Run, card: Path, settings: Sequence[Setting])
 
 
 def width(run: Run) -> float:
-    """Width [mm] of a strip of whole yarns: their number times their distance."""
+    """Width [mm] of a strip of whole yarns: number times distance."""
     assert isinstance(run.rig, StripRig)
     return carrying_width(run, run.rig.direction)
 
 
 def overhang(run: Run) -> float:
-    """Overhang [mm] of a cantilever of this plan, all of which state theirs."""
+    """Overhang [mm] of a cantilever of this plan."""
     assert isinstance(run, CantileverRun)
     assert run.rig.overhang_mm is not None
     return run.rig.overhang_mm
@@ -158,34 +144,35 @@ def own(name: str, value: object) -> Setting:
     return Setting(tuple(name.split(".")), value, "knittest homogenise")
 
 
-#: strain that tensile paths go to over that at which straight yarns are torn
+#: largest strain of tensile paths over the strain at which straight yarns fail
 BEYOND = 1.05
-#: angle [deg] of the sheared cell: the last whole step of the law lies beyond 40 deg
+#: angle [deg] of the sheared cell: the last whole step of the law is beyond 40 deg
 ANGLE = 42.5
 
 
 def cell_run(request: Request, piece: Piece) -> Run:
-    """The path of a cell that tells what ``piece`` tells of yarns; raises :class:`InputError` for what the schema
-    refuses, and for settings that would make another path of it.
-    """
+    """Path of a cell in place of ``piece``; raises :class:`InputError` for invalid settings and other paths."""
     sets, fixed = settings_for(request.sets, piece), _path(piece)
     for setting in sets:
         if (name := ".".join(map(str, setting.path))) in fixed:
-            raise InputError(f"{setting.said}: {piece.name} of a cell needs {name} = {fixed[name]}: leave it out")
+            needed = f"{name} = {fixed[name]}"
+            raise InputError(f"{setting.said}: {piece.name} of a cell needs {needed}: remove this setting")
     settings = [own(name, value) for name, value in fixed.items()]
     run = resolved(request, "cell", None, [*settings, *sets])
     if run.variability.specimens > 1:
-        raise InputError("variability.specimens: yarns of a cell are all alike: leave it at 1")
-    usual = _usual(piece, run)
+        raise InputError("variability.specimens: all yarns of a cell are equal: leave it at 1")
+    usual = []  # tensile paths reach yarn failure, and the shear law ends beyond 40 deg
+    if piece.kind == "tensile":
+        yarn = run.fabric.reinforcing
+        most = (1.0 + yarn.crimp_fraction.of(str(piece.direction))) * (1.0 + yarn.fracture_strain_fraction) - 1.0
+        usual = [own("rig.max_strain", round(100.0 * BEYOND * most, 4))]
+    elif piece.kind == "picture-frame":
+        usual = [own("rig.max_angle", ANGLE)]
     return resolved(request, "cell", None, [*settings, *usual, *sets])
 
 
 def cell_shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float]) -> Run:
-    """The run of ``piece`` on shells of the usual size, a strip as wide as its whole yarns, which hangs as its
-    ``stiffness`` [N mm] by direction says.
-
-    A frame is sheared to ``last_angle`` [deg], where its law ends.
-    """
+    """Macro run of ``piece`` of usual size; ``last_angle`` [deg] ends frames, ``stiffness`` [N mm] sets overhangs."""
     if piece.kind == "picture-frame":
         return on_shells(piece, yarns, card, [own("rig.max_angle", floor(10.0 * last_angle) / 10.0)])
     whole = own("rig.width", width(on_shells(piece, yarns, card, [])))
@@ -199,18 +186,8 @@ def cell_shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float, stif
 
 
 def _path(piece: Piece) -> dict[str, object]:
-    """Fields that make a path that of ``piece``."""
     if piece.kind == "tensile":
         return {"rig.path": piece.direction, "rig.torn": "ends"}
     if piece.kind == "cantilever":
         return {"rig.path": "bending", "rig.bent": piece.direction}
     return {"rig.path": "shear"}
-
-
-def _usual(piece: Piece, run: Run) -> Sequence[Setting]:
-    """End of ``piece`` unless one is said: yarns are torn, and the shear law comes beyond 40 deg."""
-    if piece.kind == "tensile":
-        yarn = run.fabric.reinforcing
-        most = (1.0 + yarn.crimp_fraction.of(str(piece.direction))) * (1.0 + yarn.fracture_strain_fraction) - 1.0
-        return [own("rig.max_strain", round(100.0 * BEYOND * most, 4))]
-    return [own("rig.max_angle", ANGLE)] if piece.kind == "picture-frame" else []

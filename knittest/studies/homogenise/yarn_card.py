@@ -1,6 +1,4 @@
-"""Material cards of shells that a fabric leaves out: derived from one cell of its yarns when a run needs them, and kept
-in the cache.
-"""
+"""Macro material cards that a fabric does not state: derived from a meso cell when a run needs them, and cached."""
 
 import hashlib
 import json
@@ -17,7 +15,6 @@ from pydantic import ValidationError
 
 from knittest.base.cache import Damaged, cache_folder, keep, kept
 from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
-from knittest.base.interrupts import Interrupts
 from knittest.base.kinds import kinds
 from knittest.base.progress import tell
 from knittest.config.doubtful import REJECTED
@@ -34,22 +31,24 @@ from knittest.studies.homogenise import card
 from knittest.studies.homogenise.card import Array, Tested, tension_curve
 from knittest.studies.homogenise.plan import PIECES, Piece, Request, cell_run
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.runner import TRIALS, run_shown, says_how_to_go_on
+from knittest.studies.trials.runner import TRIALS, resumable, run_shown
 from knittest.studies.trials.trial import Record, code_digest, trial_of
 
 #: size of the cell, and time [s] that one path of it may take
 PRESET, TIME_LIMIT = "quick", 1800.0
-#: share of the speed, largest safety of the time step and factor on the beams in a loop, of the tries of a path that is
-#: rejected or fails: hooks of thin loops are coarse with the usual beams
+#: share of the speed, largest safety factor of the time step and factor on the beams in a loop, for attempts at a path
+#: that is rejected or fails: the hooks of thin loops need more beams than usual
 TRIES = ((1.0, 1.0, 1.0), (0.5, 0.6, 1.0), (1.0, 1.0, 1.4), (0.5, 0.6, 1.4))
-#: factor on the largest strain of a path that tore no yarn, and the largest strain [%]: thick loops make thin inlays
-#: wave more than their crimp
+#: factor on the largest strain of a path without yarn failure, and the largest strain [%]: thick loops give thin inlays
+#: more waviness than their crimp
 FARTHER, FARTHEST = 1.6, 50.0
-#: paths that each part of a card is derived from
+#: shows a text once
+_tell_once = cache(tell)
+#: paths from which each part of a card is derived
 PATHS: Mapping[str, Sequence[Piece]] = dict(zip(CARD, (PIECES[:2], PIECES[3:], PIECES[2:3]), strict=True))
-#: width [mm] of the strip whose yarns scatter: that of tensile tests
+#: width [mm] of the strip whose yarns scatter, as in tensile tests
 STRIP = 50.0
-#: fields of a fabric that its cell does not follow from
+#: fields of a fabric without influence on its cell
 OUTSIDE = {"name", "title", "macro", "experiment", "experiment_variant", "rigs"}
 DIGITS = 12
 
@@ -57,7 +56,7 @@ DIGITS = 12
 class Numbers(NamedTuple):
     """Result of one path: force per width ``y`` [N/mm] over ``x``, strain [%] or angle [deg]; or a stiffness [N mm].
 
-    ``rejected`` says which quality check of the path failed.
+    ``rejected`` names failed quality checks of the path.
     """
 
     x: Array
@@ -66,12 +65,10 @@ class Numbers(NamedTuple):
 
 
 def with_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
-    """``runs`` whose shells have a card: what is left out of it, or was derived from other yarns, is derived.
+    """Complete the macro material cards of ``runs``: derive parts that are missing or were derived from other yarns.
 
-    A run that does not state its largest shear angle ends where its law does.
-
-    Raises :class:`NumericalError` where a path of the cell has no result, :class:`InputError` for a fabric that cannot
-    have a cell, and for a derived card that a run excludes.
+    A run that does not state its largest shear angle ends with its shear law. Raises :class:`NumericalError` if a path
+    of the cell has no result, :class:`InputError` for a fabric that cannot have a cell or excludes a derived card.
     """
     found: dict[str, dict[Piece, Numbers]] = {}
     completed = []
@@ -82,16 +79,11 @@ def with_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
             numbers |= _numbers(run.fabric, [p for p in _pieces(parts) if p not in numbers], quiet)
             _refuse_rejected(run, parts, numbers)
             run = _with_card(run, parts, numbers)
-        run, said = ends_with_its_law(run)
-        if said and not quiet:
-            _tell_once(f"{run.fabric.name}: {said}")
+        run, note = ends_with_its_law(run)
+        if note and not quiet:
+            _tell_once(f"{run.fabric.name}: {note}")
         completed.append(run)
     return completed
-
-
-@cache
-def _tell_once(text: str) -> None:
-    tell(text)
 
 
 def missing_parts(run: Run) -> tuple[str, ...]:
@@ -110,7 +102,7 @@ def missing_parts(run: Run) -> tuple[str, ...]:
 
 
 def _refuse_rejected(run: Run, parts: Sequence[str], numbers: Mapping[Piece, Numbers]) -> None:
-    """Raise :class:`NumericalError` for a rejected path that says what decides the test of ``run``."""
+    """Raise :class:`NumericalError` for a rejected path that decides the result of ``run``."""
     decisive = kinds()[run.rig.kind].deciding.get("macro", ())
     for part in (part for part in parts if any(field.startswith(f"macro.{part}") for field in decisive)):
         for piece in PATHS[part]:
@@ -119,7 +111,7 @@ def _refuse_rejected(run: Run, parts: Sequence[str], numbers: Mapping[Piece, Num
 
 
 def paths_to_run(run: Run) -> list[Run]:
-    """Runs of the cell that are to be made before ``run``; none where its card is stated or in the cache."""
+    """Runs of the cell that ``run`` needs; none if its card is stated or cached."""
     pieces = [p for p in _pieces(missing_parts(run)) if _load(run.fabric, p) is None]
     with tempfile.TemporaryDirectory() as folder:
         return [cell_run(_request(run.fabric, Path(folder)), piece) for piece in pieces]
@@ -130,39 +122,33 @@ def _pieces(parts: Iterable[str]) -> list[Piece]:
 
 
 def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece, Numbers]:
-    """Results of the paths ``pieces``: from the cache, or run and kept there."""
+    """Results of the paths ``pieces``, from the cache or from new runs."""
     found = {piece: numbers for piece in pieces if (numbers := _load(fabric, piece)) is not None}
     outcomes: dict[Piece, Numbers | Record] = {}
     left = [piece for piece in pieces if piece not in found]
     if not left:
         return found
     if not quiet:
-        tell(
-            f"fabric {fabric.name}: deriving the material card of its shells from {len(left)} paths of a cell of yarns"
-        )
-    with (
-        tempfile.TemporaryDirectory() as folder,
-        says_how_to_go_on(),
-        Interrupts() as interrupts,
-        interrupts.deciding(),
-    ):
+        tell(f"fabric {fabric.name}: deriving its macro material card from {len(left)} paths of a meso cell")
+    with tempfile.TemporaryDirectory() as folder, resumable():
         farther = dict.fromkeys(left, 1.0)
         for tried in TRIES:
             if outcomes and not quiet:
                 speed, safety, finer = tried
                 names = ", ".join(piece.name for piece in left)
-                tell(
-                    f"fabric {fabric.name}: no result that passes yet of {names}: again with {speed:g} of the speed, a "
-                    f"safety of the step of {safety:g} at most, {finer:g} times the beams in a loop and, where no yarn "
-                    "was torn, a larger strain"
+                more = (
+                    f"{speed:g} of the speed, safety <= {safety:g}, {finer:g} times the beams in a loop, larger strain"
                 )
+                tell(f"fabric {fabric.name}: no valid result of {names} yet; next attempt with {more}")
             for piece, outcome in _run(fabric, left, Path(folder), tried, farther, quiet).items():
                 outcomes[piece] = outcome
                 if not isinstance(outcome, Record):
                     arrays = {name: np.asarray(value) for name, value in outcome._asdict().items()}
                     keep(_path(fabric, piece), _key(fabric, piece), arrays)
-            left = [piece for piece in left if not _is_final(outcomes[piece])]
-            if not left:
+            open_paths = {
+                p for p, r in outcomes.items() if (r.status == "failed" if isinstance(r, Record) else r.rejected)
+            }
+            if not (left := [piece for piece in left if piece in open_paths]):
                 break
     for piece, outcome in outcomes.items():
         if isinstance(outcome, Record):
@@ -173,22 +159,13 @@ def _numbers(fabric: Fabric, pieces: Sequence[Piece], quiet: bool) -> dict[Piece
     return found
 
 
-def _is_final(outcome: Numbers | Record) -> bool:
-    """Tell whether another try would end as this one."""
-    return outcome.status != "failed" if isinstance(outcome, Record) else not outcome.rejected
-
-
 def _run(
-    fabric: Fabric,
-    pieces: Sequence[Piece],
-    folder: Path,
-    tried: tuple[float, float, float],
-    farther: dict[Piece, float],
-    quiet: bool,
-) -> dict[Piece, Numbers | Record]:
-    """Run paths as one of :data:`TRIES` says; records of those without a result.
+    fabric: Fabric, pieces: Sequence[Piece], folder: Path, tried: tuple[float, float, float],
+    farther: dict[Piece, float], quiet: bool,
+) -> dict[Piece, Numbers | Record]:  # fmt: skip
+    """Run paths with one of :data:`TRIES`; records of those without a result.
 
-    ``farther`` has the factor on the largest strain of each path. It grows where no yarn was torn.
+    ``farther`` has the factor on the largest strain of each path, which grows if no yarn failed.
     """
     (speed, safety, finer), runs = tried, {}
     for piece in pieces:
@@ -225,7 +202,7 @@ def _run(
 
 def _measured(piece: Piece, tested: Tested) -> Numbers:
     if piece.direction and piece.kind == "tensile":
-        card.tension_of(tested)  # which raises where no yarn was torn
+        card.tension_of(tested)  # raises if no yarn failed
         return Numbers(*tension_curve(*_of_scattered(tested.run.fabric, piece.direction, *card.pulled(tested))))
     if piece.kind == "cantilever":
         return Numbers(np.zeros(0), np.array([card.bending_stiffness(tested)]))
@@ -234,8 +211,8 @@ def _measured(piece: Piece, tested: Tested) -> Numbers:
 
 
 def _of_scattered(fabric: Fabric, direction: Direction, strain: Array, force: Array) -> tuple[Array, Array]:
-    """Strain [%] and force [N/mm] of a strip of yarns whose strength and slack scatter, from those of yarns all alike,
-    which are torn at the last strain: a bundle (Daniels, 1945) of the yarns of a standard strip.
+    """Strain [%] and force [N/mm] of a strip of yarns with scatter of strength and slack, from those of equal yarns
+    that fail at the last strain: a bundle (Daniels, 1945) of the yarns of a standard strip.
     """
     drawn = draw(fabric, Variability(), direction, round(STRIP * fabric.density_per_mm.of(direction)), 0)
     if np.ptp(drawn.fracture_strain) == 0.0 and not drawn.slack.any():
@@ -251,19 +228,19 @@ def _of_scattered(fabric: Fabric, direction: Direction, strain: Array, force: Ar
 def _failure(fabric: Fabric, piece: Piece, reason: str) -> str:
     part = next(part for part, pieces in PATHS.items() if piece in pieces)
     return (
-        f"fabric {fabric.name}: macro.{part} is left out and cannot be derived from the yarns: {piece.name} of a cell "
-        f"{reason}; give macro.{part} in the fabric file, or use --scale meso"
+        f"fabric {fabric.name}: macro.{part} is missing and cannot be derived from the yarns: {piece.name} of a cell "
+        f"{reason}; add macro.{part} to the fabric file, or use --scale meso"
     )
 
 
 def _with_card(run: Run, parts: Sequence[str], numbers: Mapping[Piece, Numbers]) -> Run:
-    """``run`` with ``parts`` of its card from the ``numbers`` of paths; raises :class:`InputError`."""
+    """Set ``parts`` of the card of ``run`` from the ``numbers`` of paths; raises :class:`InputError`."""
     data: dict[str, Any] = run.model_dump(mode="json")
     macro = data["fabric"]["macro"]
     for part in parts:
         macro |= _fields(part, _digest(run.fabric), numbers)
     try:
-        return type(run).model_validate(data).model_copy(update={"rig": run.rig})  # which knows what was stated
+        return type(run).model_validate(data).model_copy(update={"rig": run.rig})  # keeps what the user stated
     except ValidationError as error:
         layers = Layers()
         layers.lay(data, lambda path: "the card derived from the yarns")
@@ -276,12 +253,13 @@ def _fields(part: str, digest: str, numbers: Mapping[Piece, Numbers]) -> dict[st
     for piece in PATHS[part]:
         x, y, rejected = numbers[piece]
         ref = f"{FROM_YARNS}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
-        told = {"source": "derived", "ref": ref}
+        origin = {"source": "derived", "ref": ref}
         points = [[_short(a), _short(b)] for a, b in zip(x, y, strict=False)]
         if part == "shear":
-            return {part: {"kind": "table", "points": points, **told}}
-        made[piece.direction] = {"points": points, **told} if part == "tension" else {"value": _short(y[-1]), **told}
-        ends[piece.direction] = {"value": _short(x[-1]), **told} if part == "tension" else {}
+            return {part: {"kind": "table", "points": points, **origin}}
+        tension = part == "tension"
+        made[piece.direction] = {"points": points, **origin} if tension else {"value": _short(y[-1]), **origin}
+        ends[piece.direction] = {"value": _short(x[-1]), **origin} if tension else {}
     return {part: made, "fracture_strain": ends} if part == "tension" else {part: made}
 
 
@@ -290,7 +268,7 @@ def _short(value: float) -> float:
 
 
 def _request(fabric: Fabric, folder: Path, sets: tuple[str, ...] = ()) -> Request:
-    """Request of a cell of ``fabric``, whose file is written to ``folder``."""
+    """Write the file of ``fabric`` to ``folder``; returns the request of its cell."""
     path = folder / "fabric.yaml"
     data = _yarns(fabric) | {"name": fabric.name}
     path.write_text(dump_mapping(data, ("fabric",)), encoding="utf-8")
@@ -298,18 +276,17 @@ def _request(fabric: Fabric, folder: Path, sets: tuple[str, ...] = ()) -> Reques
 
 
 def _yarns(fabric: Fabric) -> dict[str, Any]:
-    """Fields of ``fabric`` that its cell follows from."""
+    """Fields of ``fabric`` that determine its cell."""
     return fabric.model_dump(mode="json", exclude=OUTSIDE, exclude_none=True)
 
 
 def _digest(fabric: Fabric) -> str:
-    """Digest of the numbers of the yarns of ``fabric``."""
     numbers = sorted((name, str(value)) for name, value in leaves(_yarns(fabric)))
     return hashlib.sha256(json.dumps(numbers).encode()).hexdigest()[:DIGITS]
 
 
 def _key(fabric: Fabric, piece: Piece) -> str:
-    """Digest of the yarns of ``fabric``, of the path, and of the sources that make numbers of them."""
+    """Digest of the yarns of ``fabric``, the path, and the sources that derive its numbers."""
     digest = hashlib.sha256(f"{_digest(fabric)} {piece.name} {PRESET} {TRIES} {code_digest()}".encode())
     for source in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(source.read_bytes())
@@ -327,5 +304,5 @@ def _load(fabric: Fabric, piece: Piece) -> Numbers | None:
         arrays = kept(path, _key(fabric, piece))
         return None if arrays is None else Numbers(arrays["x"], arrays["y"], str(arrays["rejected"]))
     except (Damaged, KeyError) as error:
-        tell(f"{path}: {error}: this part of a card is not used; it is derived anew")
+        tell(f"{path}: {error}: this cached part of a card is ignored and derived again")
         return None

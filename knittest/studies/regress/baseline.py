@@ -1,4 +1,4 @@
-"""The stored numbers and curves of the code itself, in one versioned JSON file, and how runs become its entries."""
+"""Baseline: stored numbers and curves of the code itself in one versioned JSON file, and how runs become entries."""
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -29,8 +29,8 @@ class _Stored(BaseModel):
 
 
 class Curve(_Stored):
-    """A curve at places equally far apart; ``x_name`` and ``y_name`` are columns of curve.csv, ``scatter`` the standard
-    deviation of ``y`` by rounding, empty where it is not known.
+    """Curve at equally spaced places; ``x_name`` and ``y_name`` are columns of curve.csv, ``scatter`` the standard
+    deviation of ``y`` by rounding, empty if it is not known.
     """
 
     x_name: str
@@ -54,9 +54,10 @@ class Curve(_Stored):
 
 
 class Entry(_Stored):
-    """Result of a run, with the code (commit), time and processor that gave it; or the mean of ``runs`` that round
-    differently, with standard deviations ``scatter``, of crests least and greatest number (``ranges``), and the names
-    of numbers that only some of the runs have. ``accepted`` are limits that updates are judged by.
+    """Results of a run with commit, date and processor; or the means of ``runs`` that round differently.
+
+    Means have standard deviations in ``scatter``, numbers of crests their ``ranges``; ``sometimes`` names numbers that
+    only some of the runs have. ``accepted`` are the limits for later updates.
     """
 
     commit: str | None
@@ -73,22 +74,17 @@ class Entry(_Stored):
 
     @model_validator(mode="after")
     def _of_its_runs(self) -> Self:
-        """Refuse a scatter that is not of these runs: one of a single run would widen limits that nobody measured."""
+        """Reject a scatter that does not fit the runs: one run has no scatter to widen limits with."""
         if self.runs == 1 and (self.scatter or self.ranges or (self.curve and self.curve.scatter)):
             raise ValueError("scatter, ranges: expected none of 1 run")
-        _expect("scatter, ranges", {*self.scatter, *self.ranges}, self.results if self.runs > 1 else ())
+        if odd := sorted({*self.scatter, *self.ranges} ^ {*(self.results if self.runs > 1 else ())}):
+            raise ValueError(f"scatter, ranges: expected one for each number in results: {odd[0]} is in only one")
         if self.runs > 1 and self.curve and not self.curve.scatter:
             raise ValueError(f"curve.scatter: expected that of {self.runs} runs")
         for name, (low, high) in self.ranges.items():
             if not low <= self.results[name] <= high:
-                raise ValueError(f"ranges.{name}: {low} to {high} does not hold the mean {self.results[name]:g}")
+                raise ValueError(f"ranges.{name}: {low} to {high} does not contain the mean {self.results[name]:g}")
         return self
-
-
-def _expect(field: str, found: set[str], names: Iterable[str]) -> None:
-    """Refuse names that are missing or too many."""
-    if odd := sorted(found ^ set(names)):
-        raise ValueError(f"{field}: expected one for each number in results: {odd[0]} is in one of them only")
 
 
 class Baseline(_Stored):
@@ -99,33 +95,31 @@ class Baseline(_Stored):
 
 
 def shipped() -> Path:
-    """The baseline of this version."""
+    """Path of the baseline of this version."""
     return data_dir() / "regress" / "baseline.json"
 
 
 def load(path: Path) -> Baseline:
-    """The baseline in ``path``; raises :class:`InputError` for one that cannot be read or is none."""
+    """Read the baseline in ``path``; raises :class:`InputError` for an unreadable or invalid file."""
     try:
         return Baseline.model_validate_json(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError(f"{path}: no baseline: {error.strerror}; --update-baseline writes one") from None
+        raise InputError(f"{path}: no baseline: {error.strerror}; write one with --update-baseline") from None
     except ValidationError as error:
         first = error.errors()[0]
         where, what = ".".join(map(str, first["loc"])) or "file", first["msg"].removeprefix("Value error, ")
-        raise InputError(
-            f"{path}: no baseline of this version: {where}: {what}; take back the file as it was committed, or remove "
-            "the run from it and store it anew by --update-baseline"
-        ) from None
+        remedy = "restore the committed file, or remove the run from it and use --update-baseline"
+        raise InputError(f"{path}: no baseline of this version: {where}: {what}; {remedy}") from None
 
 
 def save(path: Path, baseline: Baseline) -> None:
-    """Write ``baseline``, its entries in the order of their names; raises :class:`ResourceError`."""
+    """Write ``baseline`` with its entries in alphabetical order; raises :class:`ResourceError`."""
     ordered = Baseline(entries=dict(sorted(baseline.entries.items())))
     write_atomic(path, json_text(ordered.model_dump(mode="json"), indent=1))
 
 
 def renewed(baseline: Baseline, entries: Mapping[str, Entry], dropped: Iterable[str] = ()) -> Baseline:
-    """``baseline`` with ``entries`` in place of those of the same names, without those ``dropped``."""
+    """Replace ``entries`` of the same names in ``baseline``, and remove those ``dropped``."""
     together = {**baseline.entries, **entries}
     return Baseline(entries={name: entry for name, entry in together.items() if name not in set(dropped)})
 
@@ -134,43 +128,44 @@ def renewed(baseline: Baseline, entries: Mapping[str, Entry], dropped: Iterable[
 POINTS = 21
 #: digits kept: ten times finer than the tightest tolerance needs
 DIGITS = 6
-#: results that say how exact a run is, close to zero by right: the quality gates judge them
+#: numerical errors of a run, ideally zero, which the quality checks limit
 EXACTNESS = ("_error_pct", "residual", "drift_deg")
 
 
 def numbers_of(record: Record) -> dict[str, float]:
-    """Results that have a value and that the baseline keeps; the speed is that of the run."""
-    left = (*EXACTNESS, SPEED)
-    return {k: v for k, v in record.results.items() if np.isfinite(v) and not k.endswith(left)}
+    """Finite results that the baseline keeps."""
+    return {k: v for k, v in record.results.items() if np.isfinite(v) and not k.endswith((*EXACTNESS, SPEED))}
 
 
 def entry_of(run: Run, record: Record, folder: Path) -> Entry:
-    """Entry of a completed run in ``folder``; raises :class:`InputError` when its curve is gone."""
+    """Entry of a completed run in ``folder``; raises :class:`InputError` if its curve is missing."""
     assert record.cost is not None
-    results = {k: rounded(v) for k, v in numbers_of(record).items()}
-    return Entry(
-        commit=git_commit(), date=now(), cpu=cpu_model(), elements=record.cost["elements"], results=results,
-        curve=_curve(run, folder),
-    )  # fmt: skip
+    results, curve = {k: rounded(v) for k, v in numbers_of(record).items()}, None
+    if has_curve(run):
+        axes = REPORTS[run.rig.kind].axes
+        x, y = points(run, folder)
+        grid = np.array([rounded(v) for v in np.linspace(x[0], x[-1], POINTS)])
+        values = [rounded(v) for v in np.interp(grid, x, y)]
+        curve = Curve(x_name=axes.x, y_name=axes.y, x=grid.tolist(), y=values)
+    elements, commit, cpu = record.cost["elements"], git_commit(), cpu_model()
+    return Entry(commit=commit, date=now(), cpu=cpu, elements=elements, results=results, curve=curve)
 
 
 def fault_of(run: Run, record: Record, folder: Path) -> str:
-    """Reason why a completed run cannot be stored or compared, empty for none; raises :class:`InputError` when its
-    curve is gone.
-    """
+    """Reason not to store or compare a completed run, or empty; raises :class:`InputError` for a missing curve."""
     if not numbers_of(record):
         return "the run completed without a number"
     if not has_curve(run):
         return ""
     x, y = points(run, folder)
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
-        return "its curve has values that are no numbers"
+        return "its curve has values that are not finite"
     return "" if y.any() and x[-1] > x[0] else "its curve has no length or no height"
 
 
 def points(run: Run, folder: Path) -> tuple[Array, Array]:
-    """Coordinate and value (n,) of the curve of a run, of a tensile test up to its peak: behind it yarns break one by
-    one and a small shift in time is a large one in force.
+    """Coordinate and value (n,) of the curve of a run, of a tensile test up to its peak: after it yarns fail one by
+    one, and a small shift in time is a large one in force.
     """
     axes = REPORTS[run.rig.kind].axes
     try:
@@ -183,20 +178,10 @@ def points(run: Run, folder: Path) -> tuple[Array, Array]:
 
 
 def has_curve(run: Run) -> bool:
-    """Tell whether the test has a curve of a physical quantity; relaxation to rest has none."""
+    """Tell whether the test has a curve of a physical quantity; relaxation has none."""
     return not REPORTS[run.rig.kind].axes.logarithmic
 
 
 def rounded(value: float) -> float:
-    """``value`` with :data:`DIGITS` digits."""
+    """Round ``value`` to :data:`DIGITS` digits."""
     return float(f"{value:.{DIGITS}g}")
-
-
-def _curve(run: Run, folder: Path) -> Curve | None:
-    if not has_curve(run):
-        return None
-    axes = REPORTS[run.rig.kind].axes
-    x, y = points(run, folder)
-    grid = np.array([rounded(v) for v in np.linspace(x[0], x[-1], POINTS)])
-    values = [rounded(v) for v in np.interp(grid, x, y)]
-    return Curve(x_name=axes.x, y_name=axes.y, x=grid.tolist(), y=values)

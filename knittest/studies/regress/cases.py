@@ -1,4 +1,4 @@
-"""The runs of a regression, by level."""
+"""Runs of a regression, by level."""
 
 import json
 from dataclasses import dataclass, replace
@@ -17,7 +17,7 @@ from knittest.studies.trials.trial import KEY_DIGITS, Trial, trial_of
 
 Level = Literal["quick", "full"]
 Table = Literal[3, 4]
-#: where Table 4 stands, and the variant that it is on
+#: data set of Table 4, and its variant
 SOURCE, VARIANT = "pham2019", "1"
 
 
@@ -31,8 +31,8 @@ def paper_cost(test: str, scale: str) -> tuple[float, float] | None:
 
 @dataclass(frozen=True)
 class Case:
-    """One run: a test of a shipped variant; ``direction`` None where the test has none, ``sets`` what it does not take
-    from its preset and ``label`` says so in its name; ``parameters`` None for the default set; ``enlarges`` rounding.
+    """One run of a shipped variant: ``sets`` change its preset, which ``label`` names; ``parameters`` None is the
+    default set; ``enlarges`` says that the run amplifies rounding.
     """
 
     test: str
@@ -53,23 +53,23 @@ class Case:
 
     @property
     def specimen(self) -> str:
-        """``V1 warp``, as Table 3 has it."""
+        """Specimen as in Table 3: ``V1 warp``."""
         return " ".join(part for part in (f"V{self.variant}", self.direction) if part)
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """Quantities of Table 3 that it gives; none where ``sets`` change the specimen or the loads of its preset."""
+        """Quantities of Table 3 that it has; none if ``sets`` change the specimen or the loads of its preset."""
         return () if self.sets else kinds()[self.test].regression.rows
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """Tables of the paper that it has a row in."""
+        """Tables of the paper with a row of this run."""
         published: list[Table] = [3] if self.rows else []
         cost = self.variant == VARIANT and paper_cost(self.test, self.scale) is not None
         return (*published, 4) if cost else tuple(published)
 
     def trial(self) -> Trial:
-        """Trial of this case, with the code, data, libraries and processor that are here now."""
+        """Trial of this case with the present code, data, libraries and processor."""
         run = resolve(
             test=self.test, variant=self.variant, scale=self.scale, direction=self.direction, preset=self.preset,
             parameters=self.parameters, sets=(*kinds()[self.test].regression.sets, *self.sets),
@@ -78,23 +78,24 @@ class Case:
 
 
 def trial_here(run: Run, label: str) -> Trial:
-    """Trial of ``run`` that is new also where libraries or the processor changed: drift is what these do, too."""
+    """Trial of ``run`` whose key depends on libraries and processor too, because these also cause drift."""
     trial, versions = trial_of(run, label), library_versions()
     content = [trial.key, cpu_model(), *(versions.get(name, "") for name in ARITHMETIC)]
     return replace(trial, key=sha256_text(json.dumps(content))[:KEY_DIGITS])
 
 
 def cases_of(level: Level) -> list[Case]:
-    """All runs of ``level``, expensive ones first."""
+    """All runs of ``level``, long ones first."""
     runs = [(kind.name, runs) for kind in kinds().values() for runs in kind.regression.runs if runs.level == level]
-    return [
-        Case(
-            test, cast("Scale", one.scale), variant, direction, cast("Preset", one.preset), one.sets, one.label,
-            one.parameters, one.enlarges,
+    cases = []
+    for test, one in sorted(runs, key=lambda item: item[1].rank):
+        scale, preset, more = (
+            cast("Scale", one.scale),
+            cast("Preset", one.preset),
+            (one.sets, one.label, one.parameters),
         )
-        for test, one in sorted(runs, key=lambda item: item[1].rank)
-        for variant, direction in one.specimens
-    ]  # fmt: skip
+        cases += [Case(test, scale, variant, along, preset, *more, one.enlarges) for variant, along in one.specimens]
+    return cases
 
 
 def all_names() -> set[str]:
@@ -102,18 +103,16 @@ def all_names() -> set[str]:
     return {case.name for level in LIMITS for case in cases_of(level)}
 
 
-#: seconds that one run may take
+#: time limit of a run [s]
 LIMITS: dict[Level, float] = {"quick": 1800.0, "full": 43200.0}
 
 
 def chosen_cases(level: Level, scale: Literal["macro", "meso", "both"], table: Table | None) -> list[Case]:
-    """Cases of ``level`` at ``scale`` with rows in ``table`` (None: any), for Table 4 one a test and scale; raises
-    :class:`InputError` for none.
-    """
+    """Cases with rows in ``table`` (None: any), of Table 4 one a test; raises :class:`InputError` if there are none."""
     found = [case for case in cases_of(level) if scale in (case.scale, "both") and table in (None, *case.tables)]
     if table == 4:
         found = list({(case.test, case.scale): case for case in reversed(found)}.values())[::-1]
     if not found:
         asked = f"--level {level} --scale {scale}" + (f" --table {table}" if table else "")
-        raise InputError(f"{asked}: no run has such rows; use --level full")
+        raise InputError(f"{asked}: no run has these rows; use --level full")
     return found

@@ -1,4 +1,4 @@
-"""Drift: the code's numbers and curves now against its own stored ones, their limits, and scatter by rounding."""
+"""Drift: change of the code's numbers and curves since the baseline, their limits, and scatter by rounding."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -20,8 +20,9 @@ from knittest.studies.trials.trial import Record, Trial
 
 @dataclass(frozen=True)
 class Change:
-    """One number, or the point of the curve that changed most: as stored (NaN: not), now, and the change [-] it may
-    have; of crests ``change`` and ``limit`` are those beyond ``counted``, the least and greatest of the stored runs.
+    """Change [-] of one number, or of the point of the curve that changed most, since the baseline (NaN: not stored).
+
+    For numbers of crests ``change`` and ``limit`` are beyond ``counted``, the least and greatest of the stored runs.
     """
 
     what: str
@@ -33,7 +34,7 @@ class Change:
 
     @property
     def passed(self) -> bool:
-        """Tell whether the change is within its limit; one that is no number is not."""
+        """Tell whether the change is within its limit; NaN is not."""
         return abs(self.change) <= self.limit
 
     @property
@@ -52,59 +53,56 @@ class Change:
             low, high = self.counted
             stored = f"{low}" if low == high else f"{low} to {high}"
             return f"{self.what}: {stored} stored, {self.now:g} now ({self.change:+g}, limit {self.limit:g} crest)"
-        return (
-            f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({100.0 * self.change:+.3g} %, "
-            f"limit {100.0 * self.limit:.3g} %)"
-        )
+        percent = f"{100.0 * self.change:+.3g} %, limit {100.0 * self.limit:.3g} %"
+        return f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({percent})"
 
 
 def of_number(name: str, stored: float, now: float, limit: float) -> Change:
     """Change of a number over its stored value."""
-    if stored == 0.0:
-        return Change(name, stored, now, 0.0 if now == 0.0 else math.inf, limit)
-    return Change(name, stored, now, (now - stored) / abs(stored), limit)
-
-
-def of_crests(name: str, stored: float, now: float, counted: tuple[int, int], limit: float) -> Change:
-    """Change of a number of crests beyond those ``counted`` in the stored runs."""
-    return Change(name, stored, now, float(now - np.clip(now, *counted)), limit, counted)
-
-
-def of_new(name: str, now: float) -> Change:
-    """Change of a number that has a value now and none in the baseline."""
-    return Change(name, math.nan, now, math.nan, 0.0)
+    change = (now - stored) / abs(stored) if stored != 0.0 else 0.0 if now == 0.0 else math.inf
+    return Change(name, stored, now, change, limit)
 
 
 # Scatter of a run by rounding: its numbers and curve over runs whose time steps differ by billionths.
 #
-# Folding sheets and yarns that stick and slip enlarge rounding as far as their states go, and processors, compilers and
-# libraries round differently. A change of the step by 1e-9 is far below what the step itself costs in exactness, and
-# any change of it above rounding shows the same scatter.
+# Wrinkling sheets and stick-slip of yarns amplify rounding, and processors, compilers and libraries round differently.
+# A change of the time step by 1e-9 is far below the error of the step itself; any change above rounding shows the same
+# scatter.
 
-#: runs whose mean and scatter are stored, the one as it is among them
+#: runs whose mean and scatter are stored, the unchanged one included
 RUNS = 12
-#: part by which the step of each is shorter than that of the one before
+#: relative decrease of the time step from run to run
 SHORTER = 1e-9
-#: standard deviations that a number may be off the mean: with 12 runs, one in 2000 of a normal scatter is
+#: largest deviation from the mean in standard deviations: with 12 runs, one in 2000 of a normal scatter exceeds it
 TIMES = 5.0
 
 
 def otherwise_rounded(case: Case, trial: Trial) -> list[Trial]:
-    """The runs beside ``trial`` by which the scatter of ``case`` is known; none where it does not enlarge rounding."""
-    if not case.enlarges:
-        return []
-    return [trial_here(_shorter(trial.run, number), f"{case.name}, rounding {number}") for number in range(1, RUNS)]
+    """Runs that measure the scatter of ``case`` together with ``trial``; none if it does not amplify rounding."""
+
+    def shorter(run: Run, number: int) -> Run:
+        solver = run.solver.model_copy(update={"safety": run.solver.safety * (1.0 - number * SHORTER)})
+        return run.model_copy(update={"solver": solver})
+
+    numbers = range(1, RUNS) if case.enlarges else ()
+    return [trial_here(shorter(trial.run, number), f"{case.name}, rounding {number}") for number in numbers]
 
 
 def pooled(entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Path]], crests: Sequence[str]) -> Entry:
-    """``entry`` with the mean of its numbers and those of ``others``, its curve of ``curves`` (runs and folders) too,
-    their standard deviations, and the range of what counts ``crests``; numbers that one of them lacks are named alone.
-    Raises :class:`InputError` for a lost curve.
+    """Entry with means and standard deviations of the numbers of ``entry`` and ``others`` and of their ``curves`` (runs
+    and folders), and the ranges of numbers of ``crests``; only the names of numbers that one of them lacks.
+
+    Raises :class:`InputError` for a missing curve.
     """
+
+    def mean_sd(values: np.ndarray) -> tuple[list[float], list[float]]:
+        mean, sd = values.mean(axis=0), values.std(axis=0, ddof=1)
+        return [rounded(float(v)) for v in mean], [rounded(float(v)) for v in sd]
+
     together = [entry.results, *(other.results for other in others)]
     names = [name for name in entry.results if all(name in one for one in together)]
     values = np.array([[one[name] for name in names] for one in together])
-    results, scatter = (dict(zip(names, _digits(row), strict=True)) for row in _mean_sd(values))
+    results, scatter = (dict(zip(names, row, strict=True)) for row in mean_sd(values))
     ranges = {name: (int(min(row)), int(max(row))) for name, row in zip(names, values.T, strict=True) if name in crests}
     update: dict[str, object] = {
         "runs": len(together),
@@ -116,30 +114,17 @@ def pooled(entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Pa
     if entry.curve is not None:
         grid = entry.curve.x
         y = np.array([entry.curve.y, *(np.interp(grid, *points(run, folder)) for run, folder in curves)])
-        mean, sd = map(_digits, _mean_sd(y))
+        mean, sd = mean_sd(y)
         update["curve"] = entry.curve.model_copy(update={"y": mean, "scatter": sd})
     return entry.model_copy(update=update)
 
 
-def _shorter(run: Run, number: int) -> Run:
-    solver = run.solver.model_copy(update={"safety": run.solver.safety * (1.0 - number * SHORTER)})
-    return run.model_copy(update={"solver": solver})
-
-
-def _mean_sd(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return values.mean(axis=0), values.std(axis=0, ddof=1)
-
-
-def _digits(values: np.ndarray) -> list[float]:
-    return [rounded(float(v)) for v in values]
-
-
 def curve_problem(run: Run, curve: Curve | None) -> str:
-    """Reason why the curve of ``run`` cannot be held against the stored one, empty for none."""
+    """Reason why the curve of ``run`` cannot be compared with the stored one, or empty."""
     if curve is None:
         return "the baseline has no curve of this run" if has_curve(run) else ""
     if not has_curve(run):
-        return "the baseline has a curve, the test has none"
+        return "the baseline has a curve, but the test has none"
     axes = REPORTS[run.rig.kind].axes
     if (axes.x, axes.y) != (curve.x_name, curve.y_name):
         return f"the baseline has a curve of {curve.y_name} over {curve.x_name}, the test of {axes.y} over {axes.x}"
@@ -147,37 +132,31 @@ def curve_problem(run: Run, curve: Curve | None) -> str:
 
 
 def curve_changes(run: Run, folder: Path, curve: Curve, limit: float) -> list[Change]:
-    """Change of the end that moved more, over the length of the stored curve, and of the point that uses most of its
-    limit, over its largest value: beyond an end a curve has no value that could be compared.
-    """
+    """Changes of the end that moved more, over the length, and of the worst point, over the largest value."""
     x, y = points(run, folder)
-    return [_end_change(x, curve, limit), _worst_change(x, y, curve, limit)]
+    ends = [(curve.x[0], float(x[0])), (curve.x[-1], float(x[-1]))]
+    before, now = max(ends, key=lambda end: abs(end[1] - end[0]))
+    moved = (now - before) / (curve.x[-1] - curve.x[0])
+    stored, values = np.array(curve.y), np.interp(curve.x, x, y)
+    shares, limits = (values - stored) / np.abs(stored).max(), limits_along(curve, limit)
+    worst = int(np.argmax(np.abs(shares) / limits))
+    what = f"curve, {curve.y_name} at {curve.x_name} {curve.x[worst]:.4g}"
+    return [
+        Change(f"curve, end in {curve.x_name}", before, now, moved, limit),
+        Change(what, float(stored[worst]), float(values[worst]), float(shares[worst]), float(limits[worst])),
+    ]
 
 
 def limits_along(curve: Curve, limit: float) -> Array:
-    """Change (n,) that each point may have over the largest value [-]."""
+    """Limits (n,) of the change of each point over the largest value [-]."""
     scatter = np.array(curve.scatter) if curve.scatter else np.zeros(len(curve.y))
     return limit + TIMES * scatter / np.abs(curve.y).max()
 
 
-def _end_change(x: Array, curve: Curve, limit: float) -> Change:
-    ends = [(curve.x[0], float(x[0])), (curve.x[-1], float(x[-1]))]
-    stored, now = max(ends, key=lambda end: abs(end[1] - end[0]))
-    return Change(f"curve, end in {curve.x_name}", stored, now, (now - stored) / (curve.x[-1] - curve.x[0]), limit)
-
-
-def _worst_change(x: Array, y: Array, curve: Curve, limit: float) -> Change:
-    stored, now = np.array(curve.y), np.interp(curve.x, x, y)
-    shares, limits = (now - stored) / np.abs(stored).max(), limits_along(curve, limit)
-    worst = int(np.argmax(np.abs(shares) / limits))
-    what = f"curve, {curve.y_name} at {curve.x_name} {curve.x[worst]:.4g}"
-    return Change(what, float(stored[worst]), float(now[worst]), float(shares[worst]), float(limits[worst]))
-
-
 @dataclass(frozen=True)
 class Limits:
-    """Change that a number may have over its stored value, a curve over its largest value, and a number that is
-    nothing but buckles over its stored value; to which the scatter by rounding comes where it is stored.
+    """Limits of the change of a number over its stored value, of a curve over its largest value, and of a number that
+    describes buckles only; a stored scatter by rounding is added to them.
     """
 
     number: float
@@ -185,18 +164,19 @@ class Limits:
     buckled: float
 
 
-#: one processor model gives the same bits; others and newer libraries round differently, which breaking yarns enlarge
+#: one processor model gives bitwise identical results; others and newer libraries round differently, and failing yarns
+#: amplify this
 LIMITS: dict[Scale, Limits] = {"macro": Limits(0.001, 0.002, 0.001), "meso": Limits(0.01, 0.02, 0.01)}
-#: crests fewer or more than the stored runs have: they come and go as a whole, and 12 runs do not show all there is
+#: crests fewer or more than in the stored runs: 12 runs do not show all possible numbers
 CRESTS = 1.0
-#: what is said of a run without an entry: nothing judges it
-MISSING = "not in the baseline, so nothing judges it: --update-baseline stores it"
+#: problem of a run without an entry
+MISSING = "not in the baseline, so it is not compared: store it with --update-baseline"
 
 
 @dataclass(frozen=True)
 class Drift:
-    """Changes of a case since ``entry``, None where the baseline has none; ``problem``: what cannot be compared, and
-    with ``no_room`` only because the machine had none.
+    """Changes of a case since ``entry``, None if the baseline has none; ``problem`` says what cannot be compared, with
+    ``no_room`` only for lack of disk space or memory.
     """
 
     case: Case
@@ -218,7 +198,7 @@ class Drift:
 
 
 def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | None) -> Drift:
-    """The drift of ``case`` that ran in ``folder``; raises :class:`InputError` when its curve is gone."""
+    """Drift of ``case`` that ran in ``folder``; raises :class:`InputError` if its curve is missing."""
     if record.status != "completed":
         return Drift(case, entry, problem=no_result(record), no_room=record.status == "blocked")
     if problem := fault_of(run, record, folder):
@@ -235,7 +215,7 @@ def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | 
 
 
 def own_limits(case: Case, entry: Entry) -> Limits | None:
-    """Limits of a test that enlarges rounding, for an ``entry`` without the scatter of several runs."""
+    """Limits of a test that amplifies rounding, for an ``entry`` without the scatter of several runs."""
     own = kinds()[case.test].regression.drift.get(case.scale)
     return Limits(*own) if own and entry.runs == 1 else None
 
@@ -246,7 +226,7 @@ def limits_for(case: Case, entry: Entry) -> Limits:
 
 
 def limit_of(case: Case, entry: Entry, name: str) -> float:
-    """Change [-] that the number ``name`` of ``case``, which counts no crests, may have over that in ``entry``."""
+    """Limit [-] of the change of the number ``name`` of ``case``, which counts no crests, over that in ``entry``."""
     limits, stored = limits_for(case, entry), entry.results[name]
     buckled = entry.runs == 1 and name in kinds()[case.test].regression.buckled
     scatter = TIMES * entry.scatter.get(name, 0.0) / abs(stored) if stored else 0.0
@@ -254,7 +234,7 @@ def limit_of(case: Case, entry: Entry, name: str) -> float:
 
 
 def counted(case: Case, entry: Entry, name: str) -> tuple[int, int] | None:
-    """Least and greatest of the stored runs where ``name`` counts crests, None where it does not."""
+    """Least and greatest number of the stored runs if ``name`` counts crests, else None."""
     if name not in kinds()[case.test].regression.crests:
         return None
     return entry.ranges.get(name) or (math.floor(entry.results[name]), math.ceil(entry.results[name]))
@@ -264,7 +244,7 @@ def change_of(case: Case, entry: Entry, name: str, now: float) -> Change:
     """Change of the stored number ``name`` to ``now``."""
     stored = entry.results[name]
     if crests := counted(case, entry, name):
-        return of_crests(name, stored, now, crests, CRESTS)
+        return Change(name, stored, now, float(now - np.clip(now, *crests)), CRESTS, crests)
     return of_number(name, stored, now, limit_of(case, entry, name))
 
 
@@ -275,4 +255,4 @@ def _changes(case: Case, record: Record, entry: Entry) -> Iterator[Change]:
         yield change_of(case, entry, name, record.results.get(name, math.nan))
     for name, now in numbers_of(record).items():
         if name not in entry.results and name not in entry.sometimes:
-            yield of_new(name, now)
+            yield Change(name, math.nan, now, math.nan, 0.0)

@@ -1,6 +1,4 @@
-"""Rows of Table 3, which pass or not, and Table 4: elements and CPU hours of the paper beside ours, shown, not
-judged.
-"""
+"""Rows of Table 3, which pass or fail, and of Table 4: elements and CPU hours of the paper and of these runs."""
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,18 +15,16 @@ from knittest.laboratory.report_base import REPORTS
 from knittest.studies.regress.cases import Case, paper_cost
 from knittest.studies.trials.trial import Record
 
-#: an input must come back within this share of the mean: the presets promise it of tension curves
+#: largest deviation of an input, as a share of the mean
 INPUT_TOLERANCE = 0.01
-#: a row without a published sd must be met within this share of the mean. It is B, which grows with the overhang's
-#: third power; loops add to the bending of a strip of yarns
+#: largest deviation of a row without a published sd, as a share of the mean. It is B, which increases with the third
+#: power of the overhang; loops add to the bending of a meso strip
 SHARE_WITHOUT_SD: dict[Scale, float] = {"macro": 0.03, "meso": 0.10}
 
 
 @dataclass(frozen=True)
 class Row:
-    """One published number: ``simulated`` and ``deviation_sd`` are NaN where there is none; ``rule`` says when it
-    passes, ``reason`` why it does not.
-    """
+    """Published number and its ``simulated`` value, NaN without one; ``rule`` to pass, ``reason`` of a failure."""
 
     case: Case
     quantity: str
@@ -43,18 +39,15 @@ class Row:
 
     @property
     def passed(self) -> bool:
-        """Tell whether the row passes: no reason speaks against it."""
+        """Tell whether the row passes."""
         return not self.reason
 
 
 def table3_rows(case: Case, run: Run, record: Record, limit_sd: float) -> Iterator[Row]:
-    """A row for each number that the paper publishes of ``case``; without a result it fails, saying why.
-
-    ``limit_sd`` is what predicted and tuned rows may deviate, in standard deviations of the experiment.
-    """
+    """Rows of Table 3 of ``case``; ``limit_sd`` [sd] is for predicted and tuned ones; rows without a result fail."""
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
-        raise InputError(f"variant {case.variant}: the fabric names no experiment to be judged by")
+        raise InputError(f"variant {case.variant}: the fabric names no experiment to compare with")
     names = kinds()[case.test].published
     raw = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, names)
     values = [value for value in REPORTS[case.test].scaled(run, raw) if value.quantity in case.rows]
@@ -71,7 +64,7 @@ def table3_rows(case: Case, run: Run, record: Record, limit_sd: float) -> Iterat
 
 
 def _judge(scale: Scale, kind: RowKind, simulated: float, value: PublishedValue, limit_sd: float) -> tuple[str, str]:
-    """The rule that a row of ``kind`` passes by, and why it does not, empty if it does."""
+    """Rule of a row of ``kind``, and the reason why it fails, empty if it passes."""
     if kind == "input" or not value.sd > 0.0:
         share = INPUT_TOLERANCE if kind == "input" else SHARE_WITHOUT_SD[scale]
         off = abs(simulated / value.mean - 1.0)
@@ -82,17 +75,15 @@ def _judge(scale: Scale, kind: RowKind, simulated: float, value: PublishedValue,
 
 
 def no_result(record: Record) -> str:
-    """Reason why a run gave no number."""
+    """Reason why a run lacks a number."""
     if record.status == "completed":
         return "the run has no such result"
-    return f"the run {record.status}: {record.reason}" if record.reason else f"the run {record.status}"
+    return f"run {record.status}{': ' if record.reason else ''}{record.reason}"
 
 
 @dataclass(frozen=True)
 class CostRow:
-    """A test at a scale; ``note`` says why there are no numbers of ours (NaN), or of what size the model is and whether
-    its gates passed. ``added_mass`` [%] is that of mass scaling.
-    """
+    """Test at a scale; ``note`` says why numbers are missing (NaN), or preset and checks; ``added_mass`` in %."""
 
     test: str
     scale: str
@@ -106,7 +97,7 @@ class CostRow:
 
 
 def table4_rows(done: Mapping[Case, Record]) -> Iterator[CostRow]:
-    """All rows of Table 4 at the scales among ``done``, each with the run of variant 1 that has its cost."""
+    """All rows of Table 4 at the scales among ``done``, each with its run of variant 1."""
     scales = [scale for scale in ("macro", "meso") if any(case.scale == scale for case in done)]
     for test in names():
         for scale in scales:
@@ -114,22 +105,22 @@ def table4_rows(done: Mapping[Case, Record]) -> Iterator[CostRow]:
                 continue
             case = next((c for c in done if (c.test, c.scale) == (test, scale) and 4 in c.tables), None)
             elements, cpu_h = paper
-            yield CostRow(test, scale, elements, cpu_h, *_ours(case, done))
+            yield CostRow(test, scale, elements, cpu_h, *_cost(case, done))
 
 
 def total(rows: Iterable[CostRow]) -> tuple[float, float]:
-    """CPU hours of the paper and ours, of the ``rows`` that have both."""
+    """CPU hours of the paper and of these runs, of the ``rows`` that have both."""
     both = [(row.paper_cpu_h, row.cpu_h) for row in rows if math.isfinite(row.cpu_h) and math.isfinite(row.paper_cpu_h)]
     return sum(paper for paper, _ in both), sum(ours for _, ours in both)
 
 
-def _ours(case: Case | None, done: Mapping[Case, Record]) -> tuple[float, float, float, float, str]:
+def _cost(case: Case | None, done: Mapping[Case, Record]) -> tuple[float, float, float, float, str]:
     if case is None:
         return *(math.nan,) * 4, "not run at this level"
     record = done[case]
     if record.summary is None:
         return *(math.nan,) * 4, f"no result: {record.status}"
     cost, added = record.summary["cost"], record.summary["quality"].get("added_mass_pct")
-    passed = "gates passed" if record.status == "completed" else record.status
-    said = ", ".join(part for part in (f"preset {case.preset}", case.label, passed) if part)
-    return cost["elements"], cost["cpu_s"] / 3600.0, cost["steps"], math.nan if added is None else added, said
+    passed = "quality checks passed" if record.status == "completed" else record.status
+    note = ", ".join(part for part in (f"preset {case.preset}", case.label, passed) if part)
+    return cost["elements"], cost["cpu_s"] / 3600.0, cost["steps"], math.nan if added is None else added, note

@@ -1,10 +1,10 @@
-"""All that a regression found: as plain data for regress.json, as text, and as JUnit XML for CI servers."""
+"""Outcome of a regression: plain data for regress.json, text, and JUnit XML for CI servers."""
 
 import math
 import re
 import sys
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, astuple, dataclass
 from pathlib import Path
 
@@ -15,19 +15,19 @@ from knittest.base.result_rows import LABELS
 from knittest.experiment.origin import RowKind
 from knittest.export.identity import cpu_model, git_commit
 from knittest.studies.regress.cases import Case, Level
-from knittest.studies.regress.drift import LIMITS, TIMES, Change, Drift, own_limits
+from knittest.studies.regress.drift import LIMITS, TIMES, Drift, own_limits
 from knittest.studies.regress.judge import CostRow, Row, total
 from knittest.studies.regress.update import limits_of
 from knittest.studies.trials.trial import Record
 
-#: what is said of an entry of no run
-LOST = "in the baseline, but no level runs it any more: --update-baseline drops it"
+#: problem of an entry without a run
+LOST = "in the baseline, but no level runs it any more: remove it with --update-baseline"
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Records of the runs, rows of both tables (none: not asked for), and drift against the file ``baseline``: what was
-    ``updated``, entries ``lost``, which no level runs, and those that the update ``dropped`` for it.
+    """Records of the runs, rows of the requested tables, and drift from the file ``baseline``: lines on ``updated``
+    entries, entries ``lost``, which no level runs, and those that the update ``dropped``.
     """
 
     level: Level
@@ -42,14 +42,13 @@ class Outcome:
 
     @property
     def failures(self) -> int:
-        """Rows and cases that do not pass, and entries that no level runs any more."""
-        return (
-            sum(not row.passed for row in self.rows) + sum(not drift.passed for drift in self.drifts) + len(self.lost)
-        )
+        """Number of failed rows and cases, and of entries that no level runs any more."""
+        passed = [row.passed for row in self.rows] + [drift.passed for drift in self.drifts]
+        return passed.count(False) + len(self.lost)
 
     @property
     def exit_code(self) -> int:
-        """0; 5 when something does not pass; 4 when all that does not is runs for which there was no room."""
+        """0; 5 for a failure; 4 if all failures are runs without disk space or memory."""
         drifted = any(not drift.passed and not drift.no_room for drift in self.drifts)
         if any(drift.no_room for drift in self.drifts) and not drifted and not self.lost:
             return ResourceError.exit_code
@@ -68,45 +67,35 @@ class Outcome:
             "level": self.level,
             "commit": git_commit(),
             "cpu": cpu_model(),
-            "table3": [_row(row) for row in self.rows],
+            "table3": [
+                {"run": row.case.name} | {k: v for k, v in asdict(row).items() if k != "case"} | {"passed": row.passed}
+                for row in self.rows
+            ],
             "table4": [asdict(row) for row in self.costs],
-            "drift": list(self._drift()),
+            "drift": [
+                {
+                    "run": drift.case.name,
+                    "judged": bool(drift.changes),
+                    "passed": drift.passed,
+                    "reasons": drift.reasons,
+                    "changes": [asdict(change) for change in drift.changes],
+                    "baseline_commit": drift.entry.commit if drift.entry else None,
+                    "baseline_cpu": drift.entry.cpu if drift.entry else None,
+                }
+                for drift in self.drifts
+            ],
             "baseline": {
                 "file": str(self.baseline),
                 "updated": list(self.updated),
                 "lost": list(self.lost),
                 "dropped": list(self.dropped),
             },
-            "runs": [_run(case, record) for case, record in self.records.items()],
-        }
-
-    def _drift(self) -> Iterator[dict[str, object]]:
-        for drift in self.drifts:
-            yield {
-                "run": drift.case.name,
-                "judged": bool(drift.changes),
-                "passed": drift.passed,
-                "reasons": drift.reasons,
-                "changes": [asdict(change) for change in drift.changes],
-                "baseline_commit": drift.entry.commit if drift.entry else None,
-                "baseline_cpu": drift.entry.cpu if drift.entry else None,
-            }
-
-
-def _row(row: Row) -> dict[str, object]:
-    data = asdict(row)
-    return {"run": row.case.name} | {k: v for k, v in data.items() if k != "case"} | {"passed": row.passed}
-
-
-def _run(case: Case, record: Record) -> dict[str, object]:
-    return {**asdict(case), "run": case.name, "status": record.status, "reason": record.reason,
-            "seconds": record.seconds, "key": record.key}  # fmt: skip
-
-
-def largest_of(drifts: list[Drift]) -> Change | None:
-    """The change among ``drifts`` that is largest, crests left out, which have no shares."""
-    changes = [c for drift in drifts for c in drift.changes if c.counted is None]
-    return max(changes, key=lambda c: abs(c.change) if math.isfinite(c.change) else math.inf, default=None)
+            "runs": [
+                {**asdict(case), "run": case.name, "status": record.status, "reason": record.reason,
+                 "seconds": record.seconds, "key": record.key}
+                for case, record in self.records.items()
+            ],
+        }  # fmt: skip
 
 
 HEAD3 = ("specimen", "scale", "preset", "quantity", "simulated", "experiment", "deviation", "kind", "passes", "verdict")
@@ -115,23 +104,32 @@ RIGHT3, RIGHT4 = (4, 5, 6), (2, 3, 4, 5, 6, 7)
 
 
 def lines_of(outcome: Outcome) -> Iterator[str]:
-    """The whole text."""
+    """Lines of the report."""
     if outcome.rows:
         yield "Table 3 of Pham et al. (2019), and F_R/F_N of Eq. 3: mean and sd of the experiment"
         yield from _lines([HEAD3, *map(_row3, outcome.rows)], RIGHT3)
         yield (
-            "predicted: no parameter was fitted to it or chosen with it in view; tuned: one was; input: given to the "
-            "model, which returns it; assumed: decided by what is assumed"
+            "predicted: no parameter was fitted to the value; tuned: a parameter was fitted to it; input: the value "
+            "was given to the model; assumed: assumed parameters decide it"
         )
         yield ""
     if outcome.costs:
-        yield "Table 4, variant 1: different machines and, unless the preset is paper, another size of the model"
-        yield from _lines([HEAD4, *map(_row4, outcome.costs)], RIGHT4)
+        yield "Table 4, variant 1: other machines than in the paper, and another model size unless the preset is paper"
+        forms = ("{:.0f}", "{:.0f}", "{:.4g}", "{:.2g}", "{:.0f}", "{:.2g}")
+        rows: list[tuple[str, ...]] = [HEAD4]
+        for row in outcome.costs:
+            numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h, row.steps, row.added_mass)
+            rows.append((row.test, row.scale, *map(_number, numbers, forms), row.note))
+        yield from _lines(rows, RIGHT4)
         paper, ours = total(outcome.costs)
-        yield f"together, of what ran: {paper:.4g} CPU h in the paper, {ours:.2g} here"
+        yield f"sum of the tests that ran: {paper:.4g} CPU h in the paper, {ours:.2g} here"
         yield ""
     yield from _drift_lines(outcome)
-    yield from _verdict(outcome)
+    row_kinds: tuple[RowKind, ...] = ("predicted", "tuned", "input", "assumed")
+    tallies = {kind: outcome.tally(kind) for kind in row_kinds}
+    counts = [f"{good} of {total} {kind}" for kind, (good, total) in tallies.items() if total]
+    words = {0: "PASS", ResourceError.exit_code: "NOT EVALUATED, no disk space or memory"}
+    yield words.get(outcome.exit_code, "FAIL") + (f": rows that pass: {', '.join(counts)}" if counts else "")
 
 
 def _row3(row: Row) -> tuple[str, ...]:
@@ -142,66 +140,45 @@ def _row3(row: Row) -> tuple[str, ...]:
     deviation = deviation if math.isfinite(share) else "-"
     verdict = "pass" if row.passed else f"FAIL: {row.reason}"
     case = row.case
-    return (
-        case.specimen, case.scale, case.preset, label, _number(row.simulated, form), experiment, deviation, row.kind,
-        row.rule, verdict,
-    )  # fmt: skip
-
-
-def _row4(row: CostRow) -> tuple[str, ...]:
-    numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h, row.steps, row.added_mass)
-    forms = ("{:.0f}", "{:.0f}", "{:.4g}", "{:.2g}", "{:.0f}", "{:.2g}")
-    return (row.test, row.scale, *map(_number, numbers, forms), row.note)
+    run, simulated = (case.specimen, case.scale, case.preset), _number(row.simulated, form)
+    return (*run, label, simulated, experiment, deviation, row.kind, row.rule, verdict)
 
 
 def _drift_lines(outcome: Outcome) -> Iterator[str]:
     if outcome.updated:
         yield f"baseline {outcome.baseline}: {len(outcome.updated)} runs written"
         yield from (f"  {text}" for text in outcome.updated)
-    yield from (f"  {name}: dropped, no level runs it any more" for name in outcome.dropped)
+    yield from (f"  {name}: removed, no level runs it any more" for name in outcome.dropped)
     for scale, limits in LIMITS.items():
         mine = [drift for drift in outcome.drifts if drift.case.scale == scale]
         if mine:
             good = sum(drift.passed for drift in mine)
-            yield f"drift from the baseline, {scale}: {good} of {len(mine)} runs pass{_largest(mine)}"
+            changes = [c for drift in mine for c in drift.changes if c.counted is None]  # crests have no shares
+            worst = max(changes, key=lambda c: abs(c.change) if math.isfinite(c.change) else math.inf, default=None)
+            largest = f"; largest change {100.0 * abs(worst.change):.2g} %, {worst.what}" if worst else ""
+            yield f"drift from the baseline, {scale}: {good} of {len(mine)} runs pass{largest}"
             number, curve = 100.0 * limits.number, 100.0 * limits.curve
-            yield f"  limits: {number:g} % of a number, {curve:g} % of a curve's largest value"
+            yield f"  limits: {number:g} % of a number, {curve:g} % of the largest value of a curve"
             yield from _wider(mine)
             yield from (f"  FAIL {drift.case.name}: {reason}" for drift in mine for reason in drift.reasons)
     if any(drift.entry is not None and drift.entry.cpu != cpu_model() for drift in outcome.drifts):
-        yield "  some of the baseline was written on another processor model, which rounds differently"
+        yield "  another processor model, which rounds differently, wrote some entries of the baseline"
     yield from (f"FAIL {name}: {LOST}" for name in outcome.lost)
 
 
 def _wider(drifts: list[Drift]) -> Iterator[str]:
-    """Lines on wider limits, those of what enlarges rounding."""
     for drift in drifts:
         if drift.entry is None:
             continue
         if limits := own_limits(drift.case, drift.entry):
             number, curve, buckled = (100.0 * v for v in astuple(limits))
-            yield f"  {drift.case.name}, which enlarges rounding: {number:g} %, {curve:g} %, of buckles {buckled:g} %"
+            yield f"  {drift.case.name}, which amplifies rounding: {number:g} %, {curve:g} %, buckles {buckled:g} %"
         elif drift.entry.runs > 1 and drift.changes:
             along = limits_of(drift.case, drift.entry)
             widest = max({*along} - {*drift.entry.ranges}, key=lambda name: along[name])
-            yield (
-                f"  {drift.case.name}: these and {TIMES:g} times the scatter of {drift.entry.runs} runs rounded "
-                f"differently, together {100.0 * along[widest]:.2g} % at most ({widest}); a crest more or fewer"
-            )
-
-
-def _largest(drifts: list[Drift]) -> str:
-    change = largest_of(drifts)
-    return f"; largest change {100.0 * abs(change.change):.2g} %, {change.what}" if change else ""
-
-
-def _verdict(outcome: Outcome) -> Iterator[str]:
-    row_kinds: tuple[RowKind, ...] = ("predicted", "tuned", "input", "assumed")
-    tallies = {kind: outcome.tally(kind) for kind in row_kinds}
-    counts = [f"{good} of {total} {kind}" for kind, (good, total) in tallies.items() if total]
-    said = f": rows that pass: {', '.join(counts)}" if counts else ""
-    words = {0: "PASS", ResourceError.exit_code: "NOT JUDGED, the machine had no room"}
-    yield words.get(outcome.exit_code, "FAIL") + said
+            scatter = f"plus {TIMES:g} times the scatter of {drift.entry.runs} runs rounded differently"
+            most = f"{100.0 * along[widest]:.2g} % ({widest})"
+            yield f"  {drift.case.name}: {scatter}, in all at most {most}; one crest more or fewer"
 
 
 def _number(value: float, form: str) -> str:
@@ -212,54 +189,45 @@ def _lines(rows: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
     return [line for row in table(rows, width_of(sys.stdout), right) for line in row]
 
 
-#: what XML 1.0 cannot hold
+#: characters that XML 1.0 does not allow
 FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write_junit(path: Path, outcome: Outcome) -> None:
     """Write ``outcome`` to ``path``; raises :class:`ResourceError`."""
     root = ET.Element("testsuites", name="knittest regress")
-    _suite(root, "table 3", [_table3(row) for row in outcome.rows])
-    _suite(root, "drift", [*(_drift(drift, outcome) for drift in outcome.drifts), *map(_lost, outcome.lost)])
+    rows = [
+        _testcase(
+            f"table3.{row.case.test}.{row.case.scale}", f"{row.case.specimen} {row.quantity} ({row.kind})", 0.0,
+            row.reason, f"{row.simulated:.6g} simulated, {row.mean:g} ± {row.sd:g} measured; {row.rule}",
+        )
+        for row in outcome.rows
+    ]  # fmt: skip
+    drifts = [
+        _testcase(
+            f"drift.{drift.case.test}.{drift.case.scale}", drift.case.name, outcome.records[drift.case].seconds,
+            "".join(drift.reasons[:1]), "\n".join(drift.reasons), drift.no_room,
+        )
+        for drift in outcome.drifts
+    ]  # fmt: skip
+    drifts += [_testcase("drift.lost", name, 0.0, LOST, LOST) for name in outcome.lost]
+    for name, cases in (("table 3", rows), ("drift", drifts)):
+        failed, errors = (sum(case.find(what) is not None for case in cases) for what in ("failure", "error"))
+        time = sum(float(case.get("time", "0")) for case in cases)
+        suite = ET.SubElement(
+            root, "testsuite", name=name, tests=str(len(cases)), failures=str(failed), errors=str(errors),
+            skipped="0", time=f"{time:.3f}",
+        )  # fmt: skip
+        suite.extend(cases)
     ET.indent(root)
     write_atomic(path, ET.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
 
 
-def _suite(root: ET.Element, name: str, cases: Sequence[ET.Element]) -> None:
-    failed, errors = (sum(case.find(what) is not None for case in cases) for what in ("failure", "error"))
-    time = sum(float(case.get("time", "0")) for case in cases)
-    suite = ET.SubElement(
-        root, "testsuite", name=name, tests=str(len(cases)), failures=str(failed), errors=str(errors),
-        skipped="0", time=f"{time:.3f}",
-    )  # fmt: skip
-    suite.extend(cases)
-
-
-def _table3(row: Row) -> ET.Element:
-    name = f"{row.case.specimen} {row.quantity} ({row.kind})"
-    case = ET.Element("testcase", classname=f"table3.{row.case.test}.{row.case.scale}", name=name, time="0")
-    if not row.passed:
-        _failure(case, row.reason, f"{row.simulated:.6g} simulated, {row.mean:g} ± {row.sd:g} measured; {row.rule}")
+def _testcase(where: str, name: str, seconds: float, message: str, text: str, no_room: bool = False) -> ET.Element:
+    """Test case, which failed if there is a ``message``."""
+    case = ET.Element("testcase", classname=where, name=name, time=f"{seconds:.3f}")
+    if message:
+        tag, kind = ("error", "ResourceError") if no_room else ("failure", "OutOfTolerance")
+        failure = ET.SubElement(case, tag, message=FORBIDDEN.sub("?", message), type=kind)
+        failure.text = FORBIDDEN.sub("?", text)
     return case
-
-
-def _drift(drift: Drift, outcome: Outcome) -> ET.Element:
-    seconds = outcome.records[drift.case].seconds
-    case = ET.Element(
-        "testcase", classname=f"drift.{drift.case.test}.{drift.case.scale}", name=drift.case.name, time=f"{seconds:.3f}"
-    )
-    if not drift.passed:
-        _failure(case, drift.reasons[0], "\n".join(drift.reasons), drift.no_room)
-    return case
-
-
-def _lost(name: str) -> ET.Element:
-    case = ET.Element("testcase", classname="drift.lost", name=name, time="0")
-    _failure(case, LOST, LOST)
-    return case
-
-
-def _failure(case: ET.Element, message: str, text: str, no_room: bool = False) -> None:
-    tag, kind = ("error", "ResourceError") if no_room else ("failure", "OutOfTolerance")
-    failure = ET.SubElement(case, tag, message=FORBIDDEN.sub("?", message), type=kind)
-    failure.text = FORBIDDEN.sub("?", text)

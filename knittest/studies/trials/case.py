@@ -1,4 +1,4 @@
-"""A test of a fabric as the file of a study gives it, and points drawn independently or as a Latin hypercube (McKay,
+"""A test of a fabric as the file of a study states it, and points drawn independently or as a Latin hypercube (McKay,
 Beckman and Conover, 1979).
 """
 
@@ -13,13 +13,14 @@ from pydantic import BaseModel
 from knittest.base.errors import InputError
 from knittest.base.history import Array
 from knittest.config.loading import resolve
+from knittest.config.messages import number_path
 from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.sources import variant_path
 from knittest.config.studies import Chosen, Distribution, Sample
-from knittest.config.yaml_loader import Document, KeyPath
+from knittest.config.yaml_loader import Document, KeyPath, dotted
 
-#: fields of a block of a study's file, and where in a run they belong
+#: fields of a block of a study's file, and their paths in a run
 FIELDS: dict[str, KeyPath] = {
     "parameters": ("parameters",),
     "scale": ("model", "scale"),
@@ -30,17 +31,17 @@ FIELDS: dict[str, KeyPath] = {
 
 @dataclass(frozen=True)
 class Case:
-    """One test of the fabric file ``fabric``."""
+    """One test of ``kind`` with the files ``fabric`` and ``config``; ``config`` may name the fabric."""
 
     name: str
     kind: str
-    fabric: Path
+    fabric: Path | None
     config: Path | None
     settings: tuple[Setting, ...]
     accept_limits: bool = False
 
     def run(self, settings: Sequence[Setting] = ()) -> Run:
-        """The run with ``settings``; raises :class:`InputError` where the schema refuses them."""
+        """Resolve the run with ``settings``; raises :class:`InputError` where the schema rejects them."""
         return resolve(
             test=self.kind, fabric=self.fabric, config=self.config, sets=[*self.settings, *settings],
             accept_limits=self.accept_limits,
@@ -48,39 +49,67 @@ class Case:
 
 
 def fabric_path(chosen: Chosen, document: Document, at: KeyPath) -> Path:
-    """The fabric file that the block ``at`` of ``document`` names; raises :class:`InputError` unless it is there."""
-    where, said = document.where(at), ".".join(map(str, at))
+    """Find the fabric file that the block ``at`` of ``document`` names; raises :class:`InputError` if it is missing."""
+    where = document.where(at)
     if (chosen.variant is None) == (chosen.fabric is None):
-        raise InputError(f"{where}: {said}: expected variant (a shipped fabric) or fabric (a file), one of them")
+        raise InputError(f"{where}: {dotted(at)}: expected variant (a shipped fabric) or fabric (a file), one of them")
     if chosen.fabric is not None:
-        return existing(Path(document.source).resolve().parent / chosen.fabric, document.where((*at, "fabric")))
+        return file_beside(document, chosen.fabric, document.where((*at, "fabric")))
+    return shipped_fabric(str(chosen.variant), document.where((*at, "variant")))
+
+
+def shipped_fabric(variant: str, where: str) -> Path:
+    """Find the file of the shipped fabric ``variant``; raises :class:`InputError` that begins with ``where``."""
     try:
-        return variant_path(str(chosen.variant))
+        return variant_path(variant)
     except InputError as error:
-        raise InputError(f"{document.where((*at, 'variant'))}: {error}") from None
+        raise InputError(f"{where}: {error}") from None
 
 
-def existing(path: Path, where: str) -> Path:
-    """``path``, if it is a file; raises :class:`InputError`."""
+def file_beside(document: Document, name: str, where: str) -> Path:
+    """Find the file ``name`` in the folder of ``document``; raises :class:`InputError` that begins with ``where``."""
+    path = Path(document.source).resolve().parent / name
     if not path.is_file():
         raise InputError(f"{where}: no such file: {path}")
     return path
 
 
 def settings_of(given: BaseModel, document: Document, at: KeyPath) -> list[Setting]:
-    """Settings that the block ``given``, ``at`` in ``document``, makes: of :data:`FIELDS` and of its ``set``."""
+    """Read the settings of the block ``given``, ``at`` in ``document``: of :data:`FIELDS` and of its ``set``."""
     found = [
         Setting(path, value, document.where((*at, name)))
         for name, path in FIELDS.items()
         if (value := getattr(given, name, None)) is not None
     ]
     values: dict[str, Any] = getattr(given, "set", {})
-    for name, value in values.items():
-        where, path = document.where((*at, "set", name)), tuple(name.split("."))
-        if not all(path):
-            raise InputError(f"{where}: {name!r}: expected the dotted path of a field, for example rig.width")
-        found.append(Setting(path, value, where))
-    return found
+    places = {name: document.where((*at, "set", name)) for name in values}
+    return found + [Setting(field_path(name, places[name]), value, places[name]) for name, value in values.items()]
+
+
+def field_path(name: str, where: str) -> KeyPath:
+    """Split the dotted ``name`` into its key path; raises :class:`InputError`."""
+    path = tuple(name.split("."))
+    if not all(path):
+        raise InputError(f"{where}: {name!r}: expected the dotted path of a field, for example rig.width")
+    return path
+
+
+def claim_path(claimed: dict[KeyPath, str], path: KeyPath, where: str) -> None:
+    """Add ``path`` to the ``claimed`` ones; raises :class:`InputError` if one of them is the same or contains it."""
+    for other, at in claimed.items():
+        if path[: len(other)] == other[: len(path)]:
+            raise InputError(f"{where}: {dotted(path)}: given twice, first at {at}: give it once")
+    claimed[path] = where
+
+
+def number_paths(
+    names: Sequence[str], where: str, kinds: Sequence[str], claimed: dict[KeyPath, str]
+) -> tuple[KeyPath, ...]:
+    """Claim the key paths of ``names``, numbers of tests of ``kinds``; raises :class:`InputError`."""
+    paths = tuple(number_path(name, where, kinds) for name in names)
+    for path in paths:
+        claim_path(claimed, path, where)
+    return paths
 
 
 #: digits of a value that is tried: enough for any use, few enough that a trial is found again
@@ -93,26 +122,22 @@ def tried(value: float, low: float, high: float) -> float:
 
 
 def drawn(sample: Sample) -> list[tuple[float | int, ...]]:
-    """``sample.n`` points with a value for each of ``sample.fields``, in their order; the seed decides all."""
-    unit = _unit_points(sample.method, sample.n, len(sample.fields), sample.seed)
-    columns = [_values(one, unit[:, k]) for k, one in enumerate(sample.fields.values())]
+    """Draw ``sample.n`` points with a value for each of ``sample.fields``, in their order; the seed decides all.
+
+    A Latin hypercube has one point in each n-th of every side.
+    """
+    dice, size = np.random.default_rng(sample.seed), (sample.n, len(sample.fields))
+    if sample.method == "random":
+        unit = dice.random(size)
+    else:
+        from scipy.stats import qmc
+
+        unit = np.asarray(qmc.LatinHypercube(size[1], seed=dice).random(size[0]))
+    columns: list[list[Any]] = []
+    for k, one in enumerate(sample.fields.values()):
+        values = quantiles(one, unit[:, k])
+        columns.append([int(v) for v in np.rint(values)] if one.whole else values.tolist())
     return list(zip(*columns, strict=True))
-
-
-def _unit_points(method: str, n: int, dimensions: int, seed: int) -> Array:
-    """Points (n, dimensions) in the unit cube; a Latin hypercube has one in each n-th of every side."""
-    dice = np.random.default_rng(seed)
-    if method == "random":
-        return dice.random((n, dimensions))
-    from scipy.stats import qmc
-
-    return np.asarray(qmc.LatinHypercube(dimensions, seed=dice).random(n))
-
-
-def _values(distribution: Distribution, unit: Array) -> Sequence[float | int]:
-    """The values below which the shares ``unit`` (n,) of ``distribution`` lie."""
-    values = quantiles(distribution, unit)
-    return [int(v) for v in np.rint(values)] if distribution.whole else [float(v) for v in values]
 
 
 def quantiles(distribution: Distribution, unit: Array) -> Array:

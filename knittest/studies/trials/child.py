@@ -1,4 +1,4 @@
-"""The parent's side of a process that runs trials: started when needed, watched, killed when it hangs."""
+"""Parent side of a process that runs trials: started when needed, watched, killed when it hangs."""
 
 import os
 import signal
@@ -22,24 +22,24 @@ from knittest.runs.options import RunOptions
 from knittest.studies.trials.trial import Record, Trial, code_digest
 from knittest.studies.trials.work import SAID, Task
 
-#: hears the share of a trial that is done, None while kernels are compiled
+#: gets the share of a trial that is done, None while kernels are compiled
 Heard = Callable[[float | None], None]
-#: hears lines of the log of a trial, an event and its fields; from any thread
+#: gets lines of the log of a trial, an event and its fields; from any thread
 Note = Callable[[Trial, str, dict[str, object]], None]
 
-#: seconds to import, to compile kernels on a slow machine, and to save a checkpoint when stopped
+#: seconds to import, to compile kernels on a slow machine, and to save a checkpoint after a stop
 START_LIMIT, COMPILE_LIMIT, GRACE = 300.0, 3600.0, 15.0
-#: how often a trial is tried whose process died or found no room, and the pause before it is tried again [s]
+#: attempts at a trial whose process died or had no room, and the pause between two of them [s]
 ATTEMPTS, PAUSE = 3, 1.0
-#: what may change from one attempt to the next
+#: statuses that may change with another attempt
 AGAIN = ("crashed", "blocked")
 THREAD_VARIABLES = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 class Child:
-    """One process that runs trials with ``threads`` threads, one at a time, and is replaced when it dies.
+    """Process that runs trials one at a time with ``threads`` threads, and is replaced when it dies.
 
-    One thread uses it; :meth:`stop` and :meth:`kill` may come from another. ``note`` hears what it logs and says, and
+    One thread uses it; :meth:`stop` and :meth:`kill` may come from another. ``note`` gets its log lines and messages;
     the process inherits the file descriptors ``holding``.
     """
 
@@ -51,53 +51,60 @@ class Child:
         self._stopped = self._greeted = False
         self._lock = threading.Lock()  # so that no process begins after the stop
 
-    @property
-    def pid(self) -> int | None:
-        """Process id, while there is a process."""
-        process = self._process
-        return None if process is None else process.pid
-
     def run(self, trial: Trial, folder: Path, limit: float, options: RunOptions, heard: Heard | None = None) -> Record:
-        """Run ``trial`` in ``folder`` in at most ``limit`` seconds, several times if its process dies.
-
-        Raises :class:`ResourceError` when the code of knittest is not that of this process.
-        """
+        """Run ``trial`` in ``limit`` [s], again if its process dies; raises :class:`ResourceError` for changed code."""
         earlier: list[str] = []
         while True:
             record = self._attempt(Task(trial, folder, options), limit, heard)
             if record.status not in AGAIN or len(earlier) + 1 >= ATTEMPTS or self._stopped:
                 return replace(record, earlier=tuple(earlier))
             earlier.append(f"{record.status}: {record.reason}")
-            self._note(trial, SAID, {"text": f"{record.reason}; tried again"})
+            self._note(trial, SAID, {"text": f"{record.reason}; trying again"})
             clock.sleep(PAUSE)
 
     def compile(self, run: Run, heard: Heard | None = None) -> None:
-        """Compile the kernels that ``run`` needs, if that was never done; a failure shows when they are used."""
+        """Compile the kernels that ``run`` needs, unless they are kept; a failure shows when they are used."""
         try:
             self._start()
             self._connection.send(run)
             self._wait_for(("compiled",), COMPILE_LIMIT, heard)
         except (EOFError, OSError):
-            self._bury()
+            self.close()
 
     def stop(self) -> None:
-        """Ask the process to end, with a checkpoint if it runs a trial; no other one begins."""
+        """Ask the process to end, with a checkpoint if it runs a trial; no other process begins."""
         with self._lock:
             self._stopped = True
             if self._process is not None:
                 self._process.send_signal(signal.SIGTERM)
 
     def kill(self) -> None:
-        """End the process for good, and what it started itself."""
+        """Kill the process and all that it started."""
         with self._lock:
             self._stopped = True
             if self._process is not None:
                 _kill_group(self._process)
                 self._process.wait()
 
-    def close(self) -> None:
-        """Let go of what is left of a process that was ended."""
-        self._bury()
+    def close(self) -> str:
+        """Release the process, dead or alive; returns how it died and the last line of its standard error."""
+        with self._lock:
+            process, self._process = self._process, None
+        if process is None:
+            return ""
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(1.0)  # its connection ends a moment before
+        code = process.poll()
+        _kill_group(process)
+        process.wait()
+        self._connection.close()
+        self._errors.seek(0)
+        words = self._errors.read().decode("utf-8", "replace").strip().splitlines()[-1:]
+        self._errors.close()
+        how = "did not answer" if code is None else f"exited with {code}"
+        if code is not None and code < 0:
+            how = f"was killed by {signal.Signals(-code).name}"
+        return ": ".join([f"its process {how}", *words])
 
     def _attempt(self, task: Task, limit: float, heard: Heard | None) -> Record:
         start, key = clock.monotonic(), task.trial.key
@@ -112,12 +119,12 @@ class Child:
                     what, value = self._wait_for(("record",), limit, heard, note)
                 except TimeoutError:
                     self._end()
-                    return Record(key, "timeout", f"not done after {limit:g} s", seconds=limit, limit=limit)
+                    return Record(key, "timeout", f"not finished after {limit:g} s", seconds=limit, limit=limit)
         except (EOFError, OSError) as error:
-            return Record(key, "crashed", self._bury() or str(error), seconds=clock.monotonic() - start)
+            return Record(key, "crashed", self.close() or str(error), seconds=clock.monotonic() - start)
         record: Record = value
         if record.status in ("error", "blocked"):
-            self._end()  # what it has in memory is not to be trusted
+            self._end()  # its memory is not to be trusted
         return record
 
     def begin(self) -> None:
@@ -130,9 +137,11 @@ class Child:
             self._greeted = False
             self._connection, theirs = Pipe()
             self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
-            command = [sys.executable, "-P", "-m", "knittest.studies.trials.work", str(theirs.fileno())]
+            path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
             self._process = subprocess.Popen(
-                command, pass_fds=[theirs.fileno(), *self._holding], env=self._environment(), start_new_session=True,
+                [sys.executable, "-P", "-m", "knittest.studies.trials.work", str(theirs.fileno())],
+                pass_fds=[theirs.fileno(), *self._holding], start_new_session=True,
+                env=os.environ | {"PYTHONPATH": path} | dict.fromkeys(THREAD_VARIABLES, str(self.threads)),
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors,
             )  # fmt: skip
             theirs.close()
@@ -146,18 +155,11 @@ class Child:
             self._end()
             raise ResourceError("the code of knittest changed while it ran; run the same command again")
 
-    def _environment(self) -> dict[str, str]:
-        path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
-        return os.environ | {"PYTHONPATH": path} | dict.fromkeys(THREAD_VARIABLES, str(self.threads))
-
     def _wait_for(
-        self,
-        wanted: tuple[str, ...],
-        limit: float,
-        heard: Heard | None = None,
+        self, wanted: tuple[str, ...], limit: float, heard: Heard | None = None,
         note: Callable[[str, dict[str, object]], None] | None = None,
-    ) -> tuple[str, Any]:
-        """The first message that is ``wanted``; raises ``TimeoutError``, or ``EOFError`` when the process is gone."""
+    ) -> tuple[str, Any]:  # fmt: skip
+        """Return the first ``wanted`` message; raises ``TimeoutError``, or ``EOFError`` when the process is gone."""
         end = clock.monotonic() + limit
         while self._connection.poll(max(end - clock.monotonic(), 0.0)):
             what, value = self._connection.recv()
@@ -170,42 +172,14 @@ class Child:
         raise TimeoutError(f"no answer in {limit:g} s")
 
     def _end(self) -> None:
-        """Ask the process to end, with a checkpoint if it runs a trial, and make sure of it."""
+        """Ask the process to end, with a checkpoint if it runs a trial, and kill it if it does not."""
         if self._process is not None:
             self._process.send_signal(signal.SIGTERM)
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(GRACE)
-            self._bury()
-
-    def _bury(self) -> str:
-        """Let go of the process, dead or not; how it died and its last words."""
-        with self._lock:
-            process, self._process = self._process, None
-        if process is None:
-            return ""
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(1.0)  # its connection ends a moment before
-        alone = process.poll()
-        _kill_group(process)
-        process.wait()
-        self._connection.close()
-        words = _last_words(self._errors)
-        self._errors.close()
-        return _obituary(alone) + (f": {words}" if words else "")
+            self.close()
 
 
 def _kill_group(process: "subprocess.Popen[bytes]") -> None:
     with suppress(OSError):
         os.killpg(process.pid, signal.SIGKILL)
-
-
-def _obituary(code: int | None) -> str:
-    if code is None:
-        return "its process gave no answer"
-    return f"its process was killed by {signal.Signals(-code).name}" if code < 0 else f"its process ended with {code}"
-
-
-def _last_words(errors: IO[bytes]) -> str:
-    errors.seek(0)
-    lines = errors.read().decode("utf-8", "replace").strip().splitlines()
-    return lines[-1] if lines else ""

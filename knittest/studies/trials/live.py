@@ -1,11 +1,10 @@
-"""Progress of a batch on standard error: a live overview on a terminal, a line a run in a pipe, nothing when quiet."""
+"""Progress of a study on standard error: a live overview on a terminal, a line a run in a pipe, nothing when quiet."""
 
 import sys
 import threading
 import time
 from collections import Counter
-from types import TracebackType
-from typing import Protocol, Self, TextIO
+from typing import Self, TextIO
 
 from knittest.base.progress import CellText, OnDisplay, duration, in_notebook, write_line
 from knittest.base.result_rows import LABELS
@@ -13,100 +12,6 @@ from knittest.studies.trials.trial import Record, Trial
 
 REFRESH_S, SHOWN = 0.2, 12
 STYLES = {"completed": "green", "refused": "yellow"}
-
-
-class _Display(Protocol):
-    def ended(self, text: str, record: Record) -> None: ...
-    def draw(self, head: str, running: list[str], share: float) -> None: ...
-    def close(self) -> None: ...
-
-
-class Overview(OnDisplay[_Display]):
-    """Overview of a batch of ``total`` runs; a context manager, for any thread."""
-
-    def __init__(self, total: int, *, at_most: bool = False, quiet: bool = False, stream: TextIO | None = None) -> None:
-        """Show on ``stream`` (standard error); of ``at_most`` ``total`` runs nobody knows when they end."""
-        self._total, self._known, self._done = total, 0, 0
-        self._at_most = at_most
-        self._counts: Counter[str] = Counter()
-        self._running: dict[str, tuple[str, float | None, float]] = {}  # label, share, when it began
-        self._began, self._drawn = time.monotonic(), 0.0
-        self._lock = threading.RLock()
-        if not quiet:
-            self._display = _display(stream)
-
-    def begin(self, known: int) -> None:
-        """The runs begin; ``known`` of them are finished from before."""
-        with self._lock:
-            self._known, self._began = known, time.monotonic()
-            self._draw()
-
-    def watch(self, trial: Trial, share: float | None) -> None:
-        """A trial began, or ``share`` of it is done; None: its kernels are compiled."""
-        with self._lock:
-            _, _, began = self._running.get(trial.key, ("", None, time.monotonic()))
-            self._running[trial.key] = (trial.label, share, began)
-            if time.monotonic() - self._drawn >= REFRESH_S:
-                self._draw()
-
-    def ended(self, trial: Trial, record: Record) -> None:
-        """A trial ended."""
-        with self._lock:
-            self._running.pop(record.key, None)
-            self._done += 1
-            self._counts[record.status] += 1
-            number = f"[{self._known + self._done}/{self._total}]"
-            self._safely(lambda display: display.ended(f"{number} {trial.label}: {outcome(record)}", record))
-            self._draw()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        with self._lock:
-            self._safely(lambda display: display.close())
-            self._display = None
-
-    def _draw(self) -> None:
-        now = self._drawn = time.monotonic()
-        left = self._total - self._known - self._done
-        spent = now - self._began
-        eta = f", ETA {duration(spent * left / self._done)}" if self._done and left and not self._at_most else ""
-        counts = ", ".join(f"{count} {status}" for status, count in self._counts.items())
-        known = f", {self._known} from before" if self._known else ""
-        of = " of at most " if self._at_most else "/"
-        head = (
-            f"{self._known + self._done}{of}{self._total} runs ({counts or 'none yet'}{known}), {duration(spent)}{eta}"
-        )
-        running = [_running(*state, now) for state in self._running.values()]
-        self._safely(lambda display: display.draw(head, running, (self._known + self._done) / max(self._total, 1)))
-
-
-def _display(stream: TextIO | None) -> _Display:
-    if stream is None and in_notebook():
-        return _Cell()
-    stream = stream or sys.stderr
-    return _Live(stream) if stream.isatty() else _Lines(stream)
-
-
-class _Cell:
-    """A text in a notebook's cell: how far the batch is, the runs under way, and the last that did not complete."""
-
-    def __init__(self) -> None:
-        self._text = CellText()
-        self._wrong: list[str] = []
-
-    def ended(self, text: str, record: Record) -> None:
-        if record.status != "completed":
-            self._wrong.append(text)
-
-    def draw(self, head: str, running: list[str], share: float) -> None:
-        self._text.show("\n".join([*self._wrong[-SHOWN:], head, *running[:SHOWN]]))
-
-    def close(self) -> None:
-        pass
 
 
 class _Lines:
@@ -125,8 +30,23 @@ class _Lines:
         pass
 
 
-class _Live:
-    """A bar, the runs under way, and above them those that did not complete; drawn by the calls only."""
+class _Cell(_Lines):
+    """Text in the cell of a notebook: the last runs that failed, the number of runs, and the running ones."""
+
+    def __init__(self) -> None:
+        self._text = CellText()
+        self._wrong: list[str] = []
+
+    def ended(self, text: str, record: Record) -> None:
+        if record.status != "completed":
+            self._wrong.append(text)
+
+    def draw(self, head: str, running: list[str], share: float) -> None:
+        self._text.show("\n".join([*self._wrong[-SHOWN:], head, *running[:SHOWN]]))
+
+
+class _Live(_Lines):
+    """Failed runs, a bar and the running ones on a terminal; drawn by the calls only."""
 
     def __init__(self, stream: TextIO) -> None:
         from rich.console import Console
@@ -155,14 +75,76 @@ class _Live:
         self._live.stop()
 
 
+class Overview(OnDisplay[_Lines]):
+    """Overview of ``total`` runs; a context manager, for any thread."""
+
+    def __init__(self, total: int, *, at_most: bool = False, quiet: bool = False, stream: TextIO | None = None) -> None:
+        """Show the runs on ``stream`` (standard error); with ``at_most`` their number is only known to be less."""
+        self._total, self._known, self._done = total, 0, 0
+        self._at_most = at_most
+        self._counts: Counter[str] = Counter()
+        self._running: dict[str, tuple[str, float | None, float]] = {}  # label, share, start time
+        self._began, self._drawn = time.monotonic(), 0.0
+        self._lock = threading.RLock()
+        if quiet:
+            return
+        if stream is None and in_notebook():
+            self._display = _Cell()
+        else:
+            stream = stream or sys.stderr
+            self._display = _Live(stream) if stream.isatty() else _Lines(stream)
+
+    def begin(self, known: int) -> None:
+        """Start the clock; ``known`` runs are finished already."""
+        with self._lock:
+            self._known, self._began = known, time.monotonic()
+            self._draw()
+
+    def watch(self, trial: Trial, share: float | None) -> None:
+        """Show the ``share`` of ``trial`` that is done; None while its kernels are compiled."""
+        with self._lock:
+            _, _, began = self._running.get(trial.key, ("", None, time.monotonic()))
+            self._running[trial.key] = (trial.label, share, began)
+            if time.monotonic() - self._drawn >= REFRESH_S:
+                self._draw()
+
+    def ended(self, trial: Trial, record: Record) -> None:
+        """Show the outcome of ``trial``."""
+        with self._lock:
+            self._running.pop(record.key, None)
+            self._done += 1
+            self._counts[record.status] += 1
+            number = f"[{self._known + self._done}/{self._total}]"
+            self._safely(lambda display: display.ended(f"{number} {trial.label}: {outcome(record)}", record))
+            self._draw()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._safely(lambda display: display.close())
+            self._display = None
+
+    def _draw(self) -> None:
+        now = self._drawn = time.monotonic()
+        ended = self._known + self._done
+        left, spent = self._total - ended, now - self._began
+        eta = f", ETA {duration(spent * left / self._done)}" if self._done and left and not self._at_most else ""
+        counts = ", ".join(f"{count} {status}" for status, count in self._counts.items()) or "none yet"
+        known = f", {self._known} finished before" if self._known else ""
+        of = " of at most " if self._at_most else "/"
+        head = f"{ended}{of}{self._total} runs ({counts}{known}), {duration(spent)}{eta}"
+        running = []
+        for label, share, start in self._running.values():
+            state = "compiling kernels, once per installation" if share is None else f"{100.0 * share:3.0f} %"
+            running.append(f"{state}  {duration(now - start)}  {label}")
+        self._safely(lambda display: display.draw(head, running, ended / max(self._total, 1)))
+
+
 def outcome(record: Record) -> str:
     """Status, first results or reason, and seconds of a record in one line."""
     numbers = [f"{LABELS.get(k, (k, '{:.4g}'))[0]} {v:.4g}" for k, v in list(record.results.items())[:2]]
     again = f" (attempt {1 + len(record.earlier)})" if record.earlier else ""
-    said = ", ".join(numbers) or record.reason
-    return f"{record.status}{again}{f': {said}' if said else ''} ({record.seconds:.1f} s)"
-
-
-def _running(label: str, share: float | None, began: float, now: float) -> str:
-    state = "compiling kernels, once per installation" if share is None else f"{100.0 * share:3.0f} %"
-    return f"{state}  {duration(now - began)}  {label}"
+    detail = ", ".join(numbers) or record.reason
+    return f"{record.status}{again}{f': {detail}' if detail else ''} ({record.seconds:.1f} s)"

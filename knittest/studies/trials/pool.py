@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from distributed import Future as DaskFuture
 
 
-#: hears how much of a trial is done (0 to 1), or None while its kernels are compiled; from any thread
+#: gets the share of a trial that is done (0 to 1), None while its kernels are compiled; from any thread
 Watch = Callable[[Trial, float | None], None]
 #: folder of a trial
 Place = Callable[[Trial], Path]
@@ -34,28 +34,21 @@ class Pool(Protocol):
     def run(
         self, trials: Sequence[Trial], place: Place, limit: float, options: RunOptions, watch: Watch
     ) -> Iterator[Record]:
-        """Records of ``trials`` as they end, each run in its ``place`` in at most ``limit`` seconds."""
+        """Yield records of ``trials`` as they end, each run in its ``place`` in at most ``limit`` seconds."""
 
     def close(self) -> None:
-        """End all processes of this machine; trials under way are saved."""
+        """End all processes of this machine; running trials save a checkpoint."""
 
 
 class LocalPool:
-    """``workers`` processes with ``threads`` threads each, by default this machine's cores shared among them.
-
-    For ``note`` and ``holding`` see :class:`Child`.
-    """
+    """Pool of ``workers`` processes with ``threads`` threads each, by default all cores; the rest as :class:`Child`."""
 
     def __init__(
-        self,
-        workers: int | None = None,
-        threads: int | None = None,
-        note: Note = lambda *_: None,
+        self, workers: int | None = None, threads: int | None = None, note: Note = lambda *_: None,
         holding: Sequence[int] = (),
-    ) -> None:
+    ) -> None:  # fmt: skip
         workers = workers or max(cores() // (threads or 1), 1)
         threads = threads or max(cores() // workers, 1)
-        #: the processes, for who watches them
         self.children = [Child(threads, note, holding) for _ in range(workers)]
         self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
         for child in self.children:
@@ -66,7 +59,19 @@ class LocalPool:
     def run(
         self, trials: Sequence[Trial], place: Place, limit: float, options: RunOptions, watch: Watch
     ) -> Iterator[Record]:
-        """See :meth:`Pool.run`; kernels are compiled by one process before the others begin."""
+        """See :meth:`Pool.run`; one process compiles the kernels before the others begin."""
+        for child in self.children[: len(trials)]:
+            child.begin()
+        if len(self.children) > 1:
+            for trial in {t.run.model.scale: t for t in trials}.values():
+                self.children[0].compile(trial.run, partial(watch, trial))
+        for future in as_completed(self.submit(trials, place, limit, options, watch)):
+            yield future.result()
+
+    def submit(
+        self, trials: Sequence[Trial], place: Place, limit: float, options: RunOptions, watch: Watch
+    ) -> list[Future[Record]]:
+        """Start ``trials`` as far as processes are idle; futures of their records, in their order."""
 
         def one(trial: Trial) -> Record:
             child = self._idle.get()
@@ -76,14 +81,8 @@ class LocalPool:
             finally:
                 self._idle.put(child)
 
-        for child in self.children[: len(trials)]:
-            child.begin()
-        if len(self.children) > 1:
-            for trial in {t.run.model.scale: t for t in trials}.values():
-                self.children[0].compile(trial.run, partial(watch, trial))
         self._futures = [self._watchers.submit(one, trial) for trial in trials]
-        for future in as_completed(self._futures):
-            yield future.result()
+        return self._futures
 
     def close(self) -> None:
         """See :meth:`Pool.close`."""
@@ -103,10 +102,7 @@ _own = threading.local()
 
 
 class DaskPool:
-    """The cluster whose scheduler is at ``address``; every thread of its workers runs one trial at a time.
-
-    Raises :class:`InputError` when Dask is not installed or no scheduler answers.
-    """
+    """Dask cluster with a scheduler at ``address``, one trial a thread; raises :class:`InputError` if none answers."""
 
     def __init__(self, address: str, threads: int | None = None) -> None:
         self._address, self._threads = address, threads or 1
@@ -116,18 +112,12 @@ class DaskPool:
     def run(
         self, trials: Sequence[Trial], place: Place, limit: float, options: RunOptions, watch: Watch
     ) -> Iterator[Record]:
-        """See :meth:`Pool.run`; a trial whose worker is lost goes to another one.
-
-        Raises :class:`InputError` when a worker has other code or does not see the folder, :class:`ResourceError` when
-        the scheduler is lost.
-        """
+        """See :meth:`Pool.run`; raises :class:`InputError` for unfit workers, :class:`ResourceError` after a loss."""
         from distributed import as_completed
 
         for trial in trials:
-            task = self._client.submit(
-                _run, trial, place(trial).resolve(), limit, options, self._threads, code_digest(), pure=False
-            )
-            self._futures[task] = trial
+            order = (trial, place(trial).resolve(), limit, options, self._threads, code_digest())
+            self._futures[self._client.submit(_run, *order, pure=False)] = trial
         with self._client.as_current():
             completed = as_completed(list(self._futures), raise_errors=False)
         try:
@@ -139,11 +129,11 @@ class DaskPool:
             raise self._lost(error) from error
 
     def close(self) -> None:
-        """See :meth:`Pool.close`; trials that run on the cluster go on to their end, and are found in their folders."""
+        """See :meth:`Pool.close`; trials that run on the cluster run to their end, and are found in their folders."""
         try:
             self._client.cancel(list(self._futures), force=True)
             self._client.close(CONNECT_LIMIT)
-        except Exception as error:  # of a cluster that is gone: nothing is left to be closed
+        except Exception as error:  # the cluster is gone: nothing is left to close
             logging.getLogger(__name__).debug("closing the client: %s", error)
 
     def _record(self, future: "DaskFuture") -> Record:
@@ -151,41 +141,39 @@ class DaskPool:
 
         trial = self._futures.pop(future)
         if future.cancelled():
-            raise self._lost("its tasks are cancelled")
+            raise self._lost("its tasks were cancelled")
         error = future.exception()
         if error is None:
             record: Record = future.result()
             return record
         if isinstance(error, KilledWorker):
-            return Record(trial.key, "crashed", "the workers that ran it were lost one after the other")
+            return Record(trial.key, "crashed", "all workers that ran it were lost")
         if isinstance(error, KnittestError):
             raise error
         raise ResourceError(f"--dask {self._address}: a worker failed: {type(error).__name__}: {error}")
 
     def _lost(self, why: object) -> ResourceError:
-        return ResourceError(
-            f"--dask {self._address}: the scheduler is lost ({why}); what is finished is kept, run the same command "
-            "again to go on"
-        )
+        remedy = "finished runs are kept; run the same command again to resume"
+        return ResourceError(f"--dask {self._address}: the scheduler is lost ({why}); {remedy}")
 
 
 def _connected(address: str) -> "Client":
     try:
         from distributed import Client
     except ImportError:
-        raise InputError("--dask: Dask is not installed here: pip install 'knittest[distributed]'") from None
+        raise InputError("--dask: Dask is not installed: pip install 'knittest[distributed]'") from None
     for name in [n for n in logging.root.manager.loggerDict if n.partition(".")[0] == "distributed"]:
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # what they have to say is in the exceptions
+        logging.getLogger(name).setLevel(logging.CRITICAL)  # the exceptions have the same messages
     try:
         asyncio.run(_reach(address))
         return Client(address, timeout=CONNECT_LIMIT, set_as_default=False)
     except (OSError, ValueError) as error:
-        why = str(error) or "it does not shake hands"
+        why = str(error) or "the handshake failed"
         raise InputError(f"--dask {address}: no scheduler answers: {why}; start one with: dask scheduler") from None
 
 
 async def _reach(address: str) -> None:
-    """Shake hands with the scheduler: a ``Client`` would wait without end for a server of another kind."""
+    """Connect to the scheduler once: a ``Client`` would wait without end for a server of another kind."""
     from distributed.comm import connect
     from distributed.security import Security
 
@@ -196,12 +184,12 @@ async def _reach(address: str) -> None:
 
 
 def _run(trial: Trial, folder: Path, limit: float, options: RunOptions, threads: int, code: str) -> Record:
-    """On a worker: run ``trial`` in the process of this thread."""
+    """Run ``trial`` on a worker, in the process of this thread."""
     here = f"the Dask worker on {socket.gethostname()}"
     if code_digest() != code:
-        raise InputError(f"{here} has another version of knittest: install the same one on all")
+        raise InputError(f"{here} has another version of knittest: install the same version on all workers")
     if not folder.parent.is_dir():
-        raise InputError(f"{here} does not see {folder.parent}: choose a folder that all share with --out")
+        raise InputError(f"{here} cannot see {folder.parent}: choose a shared folder with --out")
     if getattr(_own, "child", None) is None:
         _own.child = Child(threads)
     child: Child = _own.child

@@ -1,10 +1,10 @@
-"""Lists of trials, run as far as the ledger has not finished them, and the folder in which a study goes on."""
+"""Runs of a list of trials that no ledger has finished, and the folder in which a study is resumed."""
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple, Self
 
 from knittest.base.errors import InputError
@@ -17,32 +17,22 @@ from knittest.studies.trials.pool import Pool, Watch
 from knittest.studies.trials.trial import Ledger, Record, Trial, read_ledgers, recovered
 
 TRIALS, LEDGER = "trials", "ledger.jsonl"
-
-
-def _unwatched(trial: Trial, share: float | None) -> None:
-    pass
+#: remedy after an interruption
+RESUME = "finished runs are kept; run the same command again to resume"
 
 
 class TrialRunner:
-    """Trials in ``folder``: a run folder ``trials/KEY`` each, and the ``ledger``; a context manager.
+    """Runner of trials in ``folder``: a run folder ``trials/KEY`` each, and the ``ledger``; a context manager.
 
-    Each trial runs once: what a ledger of the folder, or a completed run folder, knows is not run again, unless it
-    timed out under a shorter limit, or crashed. Entering raises :class:`ResourceError` when another process writes
-    the ledger.
+    Each trial runs once. A run that a ledger or a completed run folder has is not repeated, unless it crashed or timed
+    out under a shorter limit. Entering raises :class:`ResourceError` if another process writes the ledger.
     """
 
     def __init__(
-        self,
-        folder: Path,
-        pool: Pool,
-        *,
-        limit: float,
-        ledger: str = LEDGER,
-        options: RunOptions | None = None,
-        watch: Watch = _unwatched,
-        tell: Callable[[str], None] = say,
-    ) -> None:
-        """``limit`` [s] of wall time is what a trial may take; ``options`` say what its run folder keeps."""
+        self, folder: Path, pool: Pool, *, limit: float, ledger: str = LEDGER, options: RunOptions | None = None,
+        watch: Watch = lambda *_: None, tell: Callable[[str], None] = say,
+    ) -> None:  # fmt: skip
+        """``limit`` [s] is the wall time of a trial; ``options`` say which files its run folder keeps."""
         self._folder, self._pool, self._limit, self._watch, self._tell = folder, pool, limit, watch, tell
         self._options = options or RunOptions(quiet=True, frames=False, pictures=False)
         self._name = ledger
@@ -56,9 +46,7 @@ class TrialRunner:
             self._stack = stack.pop_all()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._stack.close()
 
     def place(self, trial: Trial) -> Path:
@@ -77,7 +65,7 @@ class TrialRunner:
         return done
 
     def run(self, trials: Sequence[Trial]) -> Iterator[Record]:
-        """One record for every key among ``trials``: at once where it is finished, else when it has run."""
+        """Yield one record for every key among ``trials``: finished ones at once, the others as they end."""
         done = self.finished(trials)
         yield from done.values()
         left = {t.key: t for t in trials if t.key not in done}
@@ -91,32 +79,16 @@ class TrialRunner:
 
 
 def run_all(trials: Sequence[Trial], folder: Path, pool: Pool, *, limit: float, quiet: bool) -> dict[str, Record]:
-    """Records of ``trials`` by key, each run in ``folder`` in at most ``limit`` [s] unless it is finished there.
-
-    Raises :class:`Interrupted`, saying how to go on.
-    """
-    try:
-        with Interrupts() as interrupts, interrupts.deciding():
-            return run_shown(trials, folder, pool, limit=limit, quiet=quiet)
-    except Interrupted as error:
-        raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None
+    """Run ``trials`` as :func:`run_shown` does; an :class:`Interrupted` says how to resume."""
+    with resumable():
+        return run_shown(trials, folder, pool, limit=limit, quiet=quiet)
 
 
 def run_shown(
-    trials: Sequence[Trial],
-    folder: Path,
-    pool: Pool,
-    *,
-    limit: float,
-    quiet: bool,
-    ledger: str = LEDGER,
-    options: RunOptions | None = None,
-    check: Callable[[Record], None] | None = None,
-) -> dict[str, Record]:
-    """Run ``trials`` as :class:`TrialRunner` does, with an overview unless ``quiet``; records by key.
-
-    ``check`` hears of every record as it comes, and ends the study by raising.
-    """
+    trials: Sequence[Trial], folder: Path, pool: Pool, *, limit: float, quiet: bool, ledger: str = LEDGER,
+    options: RunOptions | None = None, check: Callable[[Record], None] | None = None,
+) -> dict[str, Record]:  # fmt: skip
+    """Run ``trials`` by a :class:`TrialRunner` with an overview; records by key. ``check`` may end it by an error."""
     by_key = {trial.key: trial for trial in trials}
     records: dict[str, Record] = {}
     with (
@@ -134,36 +106,58 @@ def run_shown(
     return records
 
 
+@dataclass(frozen=True, kw_only=True)
+class StudyOptions:
+    """Options that all studies have: the folder, parallel processes and the threads of each, and the output."""
+
+    out: Path | None = None
+    workers: int | None = None
+    threads: int | None = None
+    quiet: bool = False
+    accept_limits: bool = False
+
+
 class Studied(NamedTuple):
-    """Folder of a study that went to its end, and the exit code of its command."""
+    """Folder of a finished study, and the exit code of its command."""
 
     folder: Path
     exit_code: int
 
 
 def study_folder(folder: Path, marker: str, content: bytes | str, what: str) -> Path:
-    """Make ``folder`` that of a study, with the file ``marker`` that says what it is; returns it.
-
-    Raises :class:`InputError` where it is a file or holds something else than ``what``, :class:`ResourceError` where
-    it cannot be written.
-    """
-    if os.path.lexists(folder) and not folder.is_dir():
-        raise InputError(f"--out {folder}: is a file, expected a folder")
+    """Make ``folder`` that of a study with the file ``marker``; raises as :func:`check_study_folder`. Returns it."""
+    check_study_folder(folder, marker, what)
     make_folder(folder)
-    try:
-        names = [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
-    except OSError as error:
-        raise resource_error(folder, error) from error
-    if names and marker not in names:
-        raise InputError(f"--out {folder}: holds {names[0]}, but no {what}: choose a new folder")
     write_atomic(folder / marker, content)
     return folder
 
 
-@contextmanager
-def says_how_to_go_on() -> Iterator[None]:
-    """Let an interruption say that the same command goes on."""
+def check_study_folder(folder: Path, marker: str, what: str) -> None:
+    """Raise :class:`InputError` if ``folder`` is a file, or holds files but no ``marker`` of ``what``."""
+    if os.path.lexists(folder) and not folder.is_dir():
+        raise InputError(f"--out {folder}: is a file, expected a folder")
     try:
-        yield
+        names = [one.name for one in folder.iterdir() if not one.name.startswith(".")] if folder.exists() else []
+    except OSError as error:
+        raise resource_error(folder, error) from error
+    if names and marker not in names:
+        raise InputError(f"--out {folder}: holds {names[0]}, but no {what}: choose a new folder")
+
+
+@contextmanager
+def resumable(write_partial: Callable[[], object] | None = None) -> Iterator[None]:
+    """Handle signals while a study runs; an :class:`Interrupted` says how to resume.
+
+    ``write_partial`` writes the results so far when the study ends with an error.
+    """
+    try:
+        with Interrupts() as interrupts, interrupts.deciding():
+            try:
+                yield
+            except BaseException:
+                if write_partial is not None:
+                    with suppress(Exception):  # the first error is the one to report
+                        write_partial()
+                raise
     except Interrupted as error:
-        raise Interrupted(f"{error}; what is finished is kept: go on with the same command") from None
+        raise Interrupted(f"{error}; {RESUME}") from None

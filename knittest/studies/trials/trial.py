@@ -1,6 +1,4 @@
-"""A trial: one run, known by a key of all that its result depends on; its folder, its record, and the ledger of all of
-them.
-"""
+"""Trials: one run each, with a key of all that its result depends on; folder, record, and the ledger of records."""
 
 import fcntl
 import hashlib
@@ -13,7 +11,6 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Literal, Self
 
 import knittest
@@ -31,7 +28,7 @@ from knittest.export.lock import RunLock
 from knittest.export.summary import now
 from knittest.runs.opening import NewFolder, Opened, Place, StoppedRun
 
-#: sources that show, schedule or judge runs; a change of any other one makes all trials new
+#: sources that show, schedule or evaluate runs; a change of any other source changes the key of every trial
 AROUND = (
     "cli", "studies", "report_page", "base/progress.py", "runs/show.py", "laboratory/numerical_error.py",
 )  # fmt: skip
@@ -40,9 +37,10 @@ KEY_DIGITS = 16
 
 @dataclass(frozen=True)
 class Trial:
-    """A run to do; ``label`` names it to a user, ``key`` to the folder it is kept in, which is opened as ``place`` says
-    if it says anything. Of an ensemble it may be one ``specimen`` only, in the folder that the process which started it
-    has opened.
+    """A run with its ``label`` for the user and its ``key``, which names its folder.
+
+    ``place``, if given, says how the folder is opened. With ``specimen`` the trial is one specimen of an ensemble, in
+    the folder that the parent process has opened.
     """
 
     run: Run
@@ -53,15 +51,11 @@ class Trial:
 
 
 def trial_of(run: Run, label: str = "") -> Trial:
-    """The trial of ``run`` with the code and data that are here now.
-
-    Raises :class:`InputError` for unreadable data, and for a run to be verified: a trial is one run.
+    """Make the trial of ``run`` with the present code and data; raises :class:`InputError` for unreadable data and for
+    a run with ``output.verify``, because a trial is one run.
     """
     if run.output.verify:
-        raise InputError(
-            "output.verify: the runs of a sweep, calibration or regression are not repeated for their numerical error; "
-            "leave it out, and verify single runs of the test's own command with --verify"
-        )
+        raise InputError("output.verify: a study does not estimate the numerical error of its runs; remove it")
     config = run.model_dump(mode="json")
     for path in FREE:
         *holders, name = path.split(".")
@@ -82,7 +76,7 @@ def trial_of(run: Run, label: str = "") -> Trial:
 
 @cache
 def code_digest() -> str:
-    """Digest of the sources that a result depends on, as they were when this process first asked."""
+    """Digest of the sources that a result depends on, as they were at the first call in this process."""
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         name = path.relative_to(PACKAGE)
@@ -94,27 +88,27 @@ def code_digest() -> str:
 Status = Literal["completed", "refused", "failed", "invalid", "error", "timeout", "crashed", "blocked"]
 
 MEANING: dict[Status, str] = {
-    "completed": "ran, and its quality gates passed",
-    "refused": "ran, but a quality gate refused its result",
-    "failed": "numbers went wrong",
-    "invalid": "the input is refused",
-    "error": "an error of the program",
+    "completed": "the run ended and passed all quality checks",
+    "refused": "the run ended, but failed a quality check",
+    "failed": "the computation failed",
+    "invalid": "the input is invalid",
+    "error": "error in the program",
     "timeout": "stopped at the time limit",
-    "crashed": "its process died",
-    "blocked": "disk, memory or a folder in use",
+    "crashed": "the process of the run died",
+    "blocked": "no disk space or memory, or the folder is in use",
 }
 #: status of a run that has no record yet
 OPEN = "open"
-#: the same again if tried again; all others are
+#: a repeated run would end the same way
 SETTLED = ("completed", "refused", "failed", "invalid", "error")
 
 
 @dataclass(frozen=True)
 class Record:
-    """Outcome of a trial: ``summary`` is its summary.json, None where it has no result; ``reason`` says why not.
+    """Outcome of a trial: ``summary`` is its summary.json, None without a result; ``reason`` says why there is none.
 
     ``seconds`` is the wall time of the last attempt, ``limit`` its time limit [s], ``earlier`` the reasons why the
-    attempts before it came to nothing.
+    attempts before it failed.
     """
 
     key: str
@@ -136,7 +130,7 @@ class Record:
 
     @property
     def results(self) -> dict[str, float]:
-        """Numbers of a completed trial, of an ensemble the means, NaN where JSON has none; empty for any other."""
+        """Numbers of a completed trial (means of an ensemble, NaN for null in JSON); empty for any other."""
         found = {name: number_of(value) for name, value in self.values.items()}
         return {name: math.nan if value is None else value for name, value in found.items()}
 
@@ -147,45 +141,34 @@ class Record:
 
     @property
     def looser_limits(self) -> list[str]:
-        """Limits of its gates that were looser than the preset's, as ``name=value``."""
+        """Limits of quality checks that were looser than those of the preset, as ``name=value``."""
         return [f"{one['name']}={one['value']}" for one in (self.summary.get("limits", []) if self.summary else [])]
 
     @property
     def settled(self) -> bool:
-        """Tell whether the trial would come to the same if run again."""
+        """Tell whether a repeated run would end the same way."""
         return self.status in SETTLED
 
     def settled_within(self, limit: float) -> bool:
-        """Tell whether it would come to the same with ``limit`` seconds: what timed out may need more."""
+        """Tell whether a repeated run of ``limit`` seconds would end the same way; more time may help."""
         return self.settled or (self.status == "timeout" and limit <= (self.limit or 0.0))
-
-    def to_dict(self) -> dict[str, object]:
-        """Record as plain data."""
-        return asdict(self) | {"summary": self.summary or {}}
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Self:
-        """The record of :meth:`to_dict`; raises ``TypeError`` or ``ValueError`` for anything else."""
-        if data.get("status") not in MEANING or not isinstance(data.get("summary"), dict):
-            raise ValueError("not a record")
-        return cls(**{**data, "summary": data["summary"] or None, "earlier": tuple(data["earlier"])})
 
 
 def record_of(key: str, summary: Summary, seconds: float = 0.0) -> Record:
-    """The record of a run that went to its end and left ``summary``."""
+    """Record of a run that ended and wrote ``summary``."""
     if summary["refused"]:
         return Record(key, "refused", "; ".join(summary["refused"]), summary, seconds)
     return Record(key, "completed", "", summary, seconds)
 
 
 def looser_note(records: Iterable[Record]) -> list[str]:
-    """A line if limits of ``records`` were looser than the preset's, none otherwise."""
+    """One line on limits of ``records`` that were looser than those of the preset; none without such limits."""
     names = dict.fromkeys(name for record in records for name in record.looser_limits)
-    return [f"limits looser than the preset's, accepted by --accept-limits: {', '.join(names)}"] if names else []
+    return [f"limits looser than those of the preset, accepted by --accept-limits: {', '.join(names)}"] if names else []
 
 
 def recovered(key: str, folder: Path) -> Record | None:
-    """The record of a run that completed in ``folder`` although nobody was left to write it down."""
+    """Record of a run that completed in ``folder`` after its study had ended; None for any other folder."""
     try:
         manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
@@ -196,34 +179,26 @@ def recovered(key: str, folder: Path) -> Record | None:
 
 @dataclass(frozen=True)
 class TrialFolder:
-    """The folder of a trial: gone on in where that leads to the same result, else begun anew."""
+    """Folder of a trial: the run in it is resumed where this gives the same result, and started again elsewhere."""
 
     path: Path
 
     def open(self, run: Run, interrupts: Interrupts) -> Opened:
-        """Open it; raises :class:`ResourceError` when another process is in it, or when it cannot be written."""
+        """Open the folder; raises :class:`ResourceError` if another process uses it or it cannot be written."""
         if (self.path / "config.yaml").is_file():
-            with suppress(InputError):  # another processor, another library, a damaged manifest
+            with suppress(InputError):  # another processor or library, or a damaged manifest
                 return StoppedRun(self.path).open(run, interrupts)
         if self.path.exists():
-            _clear(self.path)
+            lock = RunLock(self.path)
+            try:
+                for entry in self.path.iterdir():
+                    if entry != lock.path:
+                        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+            except OSError as error:
+                raise resource_error(self.path, error) from error
+            finally:
+                lock.release()
         return NewFolder(self.path).open(run, interrupts)
-
-
-def _clear(path: Path) -> None:
-    lock = RunLock(path)
-    try:
-        for entry in path.iterdir():
-            if entry == lock.path:
-                continue
-            if entry.is_dir():
-                shutil.rmtree(entry)
-            else:
-                entry.unlink()
-    except OSError as error:
-        raise resource_error(path, error) from error
-    finally:
-        lock.release()
 
 
 PATTERN = "ledger*.jsonl"
@@ -232,10 +207,7 @@ DIGITS = 16
 
 
 class Ledger:
-    """The file ``path``, open and locked for one process, which appends to it; a context manager.
-
-    Raises :class:`ResourceError` when another process writes it, or when it cannot be written.
-    """
+    """Append-only file ``path`` of records, locked for one process; raises :class:`ResourceError` if it is in use."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -248,14 +220,16 @@ class Ledger:
             fcntl.flock(self._stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             self._stream.close()
-            raise ResourceError(f"{path}: another process is at work here; wait for it to end") from None
+            raise ResourceError(f"{path}: another process runs this study; wait until it ends") from None
 
     def add(self, record: Record) -> None:
-        """Append one line and see it on the disk; a line that was torn by a crash is ended before."""
+        """Append one line and flush it to the disk; first ends a line that a crash cut short."""
         try:
             size = self._stream.seek(0, os.SEEK_END)
             torn = size > 0 and os.pread(self._stream.fileno(), 1, size - 1) != b"\n"
-            self._stream.write(b"\n" * torn + _line(record))
+            data = json_ready(asdict(record) | {"summary": record.summary or {}})
+            line = json.dumps({**data, DIGEST: _digest(data)}, allow_nan=False).encode() + b"\n"
+            self._stream.write(b"\n" * torn + line)
             self._stream.flush()
             os.fsync(self._stream.fileno())
         except OSError as error:
@@ -264,17 +238,12 @@ class Ledger:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._stream.close()
 
 
 def read_ledgers(folder: Path, tell: Callable[[str], None]) -> dict[str, Record]:
-    """The last record of every key in all ledgers of ``folder``, but a settled one before any other.
-
-    ``tell`` hears of damaged lines, which are left out.
-    """
+    """Last record of every key in all ledgers of ``folder``, or its settled one; ``tell`` hears of damaged lines."""
     records: dict[str, Record] = {}
     for path in sorted(folder.glob(PATTERN)):
         try:
@@ -282,27 +251,21 @@ def read_ledgers(folder: Path, tell: Callable[[str], None]) -> dict[str, Record]
         except OSError as error:
             raise ResourceError(f"{path}: cannot read: {error.strerror}") from error
         for number, line in enumerate(lines, 1):
-            record = _record(line) if line.strip() else None
-            if record is None and line.strip():
-                tell(f"{path}:{number}: damaged line, not counted; its trial is looked up in its folder, or run again")
-            elif record is not None and (record.settled or not _settled(records.get(record.key))):
+            if not line.strip():
+                continue
+            if (record := _parse_record(line)) is None:
+                tell(f"{path}:{number}: damaged line skipped; its run is read from its folder or repeated")
+            elif record.settled or not ((known := records.get(record.key)) and known.settled):
                 records[record.key] = record
     return records
 
 
-def _settled(record: Record | None) -> bool:
-    return record is not None and record.settled
-
-
-def _line(record: Record) -> bytes:
-    data = json_ready(record.to_dict())
-    return json.dumps({**data, DIGEST: _digest(data)}, allow_nan=False).encode() + b"\n"
-
-
-def _record(line: bytes) -> Record | None:
+def _parse_record(line: bytes) -> Record | None:
     try:
         data = json.loads(line)
-        return Record.from_dict(data) if data.pop(DIGEST) == _digest(data) else None
+        if data.pop(DIGEST) != _digest(data) or data["status"] not in MEANING or not isinstance(data["summary"], dict):
+            return None
+        return Record(**{**data, "summary": data["summary"] or None, "earlier": tuple(data["earlier"])})
     except (ValueError, TypeError, KeyError, AttributeError):
         return None
 

@@ -5,20 +5,20 @@ Its own bootstrap takes no seed in all versions, so the rows are resampled here.
 """
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Array
 
-#: resamples, and the share [%] of them that an interval holds
-RESAMPLES, LEVEL = 999, 95.0
+#: resamples, and the percentiles of them that bound a 95 % interval
+RESAMPLES, ENDS = 999, (2.5, 97.5)
 #: percentiles of a band
 BAND = (5.0, 50.0, 95.0)
-#: a quantity whose sd is smaller than this share of its mean does not change: what is left is rounding
+#: largest sd, as a share of the mean, of a quantity that does not change except by rounding
 CONSTANT = 1e-9
-#: fewer rows give no indices, fewer points no band: the outer twentieth would be no point at all
+#: fewest rows with indices, and fewest points with a band: of fewer, the outer twentieth has no point
 LEAST_ROWS, LEAST_POINTS = 16, 20
 
 
@@ -33,13 +33,13 @@ class Indices:
 
 
 def indices(values: Array, seed: int) -> Indices:
-    """Indices of a quantity with ``values`` (d + 2, n) over the design, all finite; raises ``ValueError`` if not."""
+    """Indices of a quantity with finite ``values`` (d + 2, n) over the design; raises ``ValueError`` for others."""
     if not np.isfinite(values).all():
-        raise ValueError("not every row of the design has a number")
+        raise ValueError("not every row of the design has a result")
     dice = np.random.default_rng(seed)
     n = values.shape[1]
     drawn = np.array([_indices(values[:, dice.integers(0, n, n)]) for _ in range(RESAMPLES)])  # (resamples, 2, d)
-    low, high = np.percentile(drawn, _ends(), axis=0)
+    low, high = np.percentile(drawn, ENDS, axis=0)
     first, total = _indices(values)
     return Indices(first, np.array([low[0], high[0]]), total, np.array([low[1], high[1]]))
 
@@ -48,11 +48,7 @@ def _indices(values: Array) -> Array:
     """First-order and total indices (2, d) of ``values`` (d + 2, n)."""
     from scipy.stats import sobol_indices
 
-    given: dict[Literal["f_A", "f_B", "f_AB"], Array] = {
-        "f_A": values[:1],
-        "f_B": values[1:2],
-        "f_AB": values[2:, None, :],
-    }
+    given: Any = {"f_A": values[:1], "f_B": values[1:2], "f_AB": values[2:, None, :]}
     found = sobol_indices(func=given, n=values.shape[1])
     return np.array([found.first_order, found.total_order]).reshape(2, -1)
 
@@ -65,7 +61,7 @@ def varies(values: Array) -> bool:
 
 @dataclass(frozen=True)
 class Spread:
-    """Percentiles :data:`BAND` (3,) of the ``count`` numbers that there are, and the ends of their intervals (2, 3)."""
+    """Percentiles :data:`BAND` (3,) of ``count`` numbers, and the ends of their intervals (2, 3)."""
 
     count: int
     band: Array
@@ -73,16 +69,16 @@ class Spread:
 
 
 def spread(values: Array, seed: int) -> Spread | None:
-    """Band of ``values`` (2, n), those of A and B, NaN where there is none; None where too few have a number."""
+    """Band of ``values`` (2, n) of A and B, NaN where a number is missing; None if too few have a number."""
     count = int(np.isfinite(values).sum())
     if count < LEAST_POINTS:
         return None
     drawn = np.nanpercentile(_resampled(values, seed), BAND, axis=1)  # (3, resamples)
-    return Spread(count, np.nanpercentile(values, BAND), np.percentile(drawn, _ends(), axis=1))
+    return Spread(count, np.nanpercentile(values, BAND), np.percentile(drawn, ENDS, axis=1))
 
 
 def _resampled(values: Array, seed: int) -> Array:
-    """Resamples (resamples, points) of the rows of ``values`` (2, n) that have a number at all."""
+    """Resamples (resamples, points) of the rows of ``values`` (2, n) that have any number."""
     rows = values[:, np.isfinite(values).any(axis=0)]
     n = rows.shape[1]
     picked = rows[:, np.random.default_rng(seed).integers(0, n, (RESAMPLES, n))]
@@ -91,10 +87,10 @@ def _resampled(values: Array, seed: int) -> Array:
 
 @dataclass(frozen=True)
 class Share:
-    """Share of the prior that a statement holds for: ``holds`` of ``count`` points of the ``total`` of A and B.
+    """Share of the prior for which a statement holds: ``holds`` of ``count`` points of the ``total`` of A and B.
 
-    The share is of the points with all numbers. ``failing`` others lack one and fail at a place that they have: of
-    such points only those that fail are decided, so they would make the share too low, and bound it only.
+    The share is of the points with all numbers. ``failing`` points lack a number and fail at a place with one. They
+    only bound the share: points that lack a number can be known to fail, but not to hold.
     """
 
     holds: int
@@ -105,43 +101,39 @@ class Share:
 
     @property
     def value(self) -> float | None:
-        """Share of the points that have a number; None without any."""
+        """Share of the points with a number; None without any."""
         return self.holds / self.count if self.count else None
 
     @property
     def possible(self) -> tuple[float, float]:
-        """Least and largest share of all points, whatever the numbers that are missing would have been."""
+        """Least and largest possible share of all points for any missing numbers."""
         return self.holds / self.total, (self.holds + self.total - self.count - self.failing) / self.total
 
 
 def share(holds: Array, fails: NDArray[np.bool_], seed: int) -> Share:
-    """Share of the points (2, n) of A and B: 1 where it holds, 0 where not, NaN where a number is missing; ``fails``
-    where it does not hold whatever that is.
+    """Share of the points (2, n) of A and B in ``holds``: 1 where the statement holds, 0 where not, NaN where a number
+    is missing. ``fails`` flags points where it fails for any missing number.
     """
     count, interval = int(np.isfinite(holds).sum()), None
     if count >= LEAST_POINTS:
-        low, high = np.percentile(np.nanmean(_resampled(holds, seed), axis=1), _ends())
+        low, high = np.percentile(np.nanmean(_resampled(holds, seed), axis=1), ENDS)
         interval = (float(low), float(high))
     return Share(int(np.nansum(holds)), count, holds.size, int((fails & np.isnan(holds)).sum()), interval)
 
 
-def _ends() -> tuple[float, float]:
-    return (100.0 - LEVEL) / 2.0, (100.0 + LEVEL) / 2.0
-
-
-# Regression of the ranks of a quantity, from any sample, on those of the parameters: what it hangs on.
+# Regression of the ranks of a quantity, from any sample, on the ranks of the parameters.
 #
-# Standardised rank regression coefficients (Iman & Conover 1979; Saltelli & Marivoet 1990): each between -1 and 1, its
-# square the share of the ranks' variance that goes with the parameter where the parameters are drawn independently.
-# They hold as far as the quantity rises or falls throughout: the share explained says how far.
+# Standardised rank regression coefficients (Iman & Conover 1979; Saltelli & Marivoet 1990) lie between -1 and 1. The
+# square of one is the share of the ranks' variance by its parameter if the parameters are drawn independently. The
+# coefficients are valid if the quantity rises or falls throughout; the explained share of the variance shows this.
 
-#: points a parameter that a regression takes at least
+#: fewest points of a regression for each parameter
 POINTS_EACH = 3
 
 
 @dataclass(frozen=True)
 class Ranked:
-    """Coefficients (d,), the ends of their intervals (2, d), and the share of the variance that they explain."""
+    """Coefficients (d,), the ends of their intervals (2, d), and the explained share of the variance."""
 
     coefficient: Array
     interval: Array
@@ -149,26 +141,25 @@ class Ranked:
 
 
 def no_regression(drawn: Array, values: Array) -> str:
-    """Reason why ``values`` (n,) at the parameters ``drawn`` (n, d) have no regression; empty where they have."""
+    """Reason why ``values`` (n,) at the parameters ``drawn`` (n, d) have no regression; empty if they have one."""
     count, least = int(np.isfinite(values).sum()), POINTS_EACH * drawn.shape[1]
     if count < least:
-        return f"{count} points have a number, and a regression takes {least} at least"
-    return "" if varies(values) else "it does not change over the prior"
+        return f"{count} points have a result, a regression needs at least {least}"
+    return "" if varies(values) else "the quantity does not change over the prior"
 
 
 def rank_regression(drawn: Array, values: Array, seed: int) -> Ranked:
-    """Regression of ``values`` (n,), NaN where there is none, on the parameters ``drawn`` (n, d)."""
+    """Regression of ``values`` (n,), NaN for a missing one, on the parameters ``drawn`` (n, d)."""
     known = np.isfinite(values)
     drawn, values = drawn[known], values[known]
     coefficient, explained = _regression(drawn, values)
     dice, n = np.random.default_rng(seed), len(values)
     again = np.array([_regression(drawn[k], values[k])[0] for k in dice.integers(0, n, (RESAMPLES, n))])
-    ends = ((100.0 - LEVEL) / 2.0, (100.0 + LEVEL) / 2.0)
-    return Ranked(coefficient, np.asarray(np.percentile(again, ends, axis=0)), explained)
+    return Ranked(coefficient, np.asarray(np.percentile(again, ENDS, axis=0)), explained)
 
 
 def _regression(drawn: Array, values: Array) -> tuple[Array, float]:
-    """Standardised coefficients (d,) of ranks, and the share of the variance that they explain."""
+    """Standardised coefficients (d,) of ranks, and the explained share of the variance."""
     from scipy.stats import rankdata
 
     ranks = np.column_stack([rankdata(drawn, axis=0), rankdata(values)])

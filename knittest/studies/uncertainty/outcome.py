@@ -1,7 +1,7 @@
-"""Outcome of a study, as uncertainty.json holds it: bands, indices, shares, and runs that did not give every number."""
+"""Outcome of a study, as in uncertainty.json: bands, indices, shares, and runs that lack a result."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,25 +9,18 @@ from pydantic import BaseModel
 
 import knittest
 from knittest.base.history import Array
+from knittest.config.yaml_loader import dotted
 from knittest.export.summary import now
 from knittest.report_page.files import Number
 from knittest.studies.trials.trial import OPEN, Record, code_digest, looser_note
-from knittest.studies.uncertainty.indices import (
-    LEAST_ROWS,
-    indices,
-    no_regression,
-    rank_regression,
-    share,
-    spread,
-    varies,
-)
-from knittest.studies.uncertainty.problem import Parameter, Problem
-from knittest.studies.uncertainty.runs import Attempt, Planned, ended_sooner, missing, values_of
-from knittest.studies.uncertainty.variables import Numbers, Stated, Variable
+from knittest.studies.uncertainty import indices as estimates
+from knittest.studies.uncertainty.problem import Problem
+from knittest.studies.uncertainty.runs import Planned, values_of
+from knittest.studies.uncertainty.variables import Numbers, Variable
 
 
 class ParameterRow(BaseModel):
-    """A parameter and its prior."""
+    """Parameter and its prior."""
 
     fields: list[str]
     unit: str = ""
@@ -40,9 +33,9 @@ class ParameterRow(BaseModel):
 
 
 class Index(BaseModel):
-    """Indices of a variable to one parameter, with their 95 % intervals.
+    """Indices of a variable for one parameter, with their 95 % intervals.
 
-    Of a sample there is no total, and ``first`` is the coefficient of the regression of ranks, -1 to 1.
+    A sample has no total index; its ``first`` is the coefficient of the rank regression, -1 to 1.
     """
 
     parameter: str
@@ -53,12 +46,12 @@ class Index(BaseModel):
 
 
 class VariableRow(BaseModel):
-    """A quantity of a fabric or a ratio at one place: ``count`` of ``points`` of the prior gave a number, ``shortened``
-    of these by runs to a shorter end.
+    """Quantity of a fabric, or a ratio, at one place: ``count`` of ``points`` of the prior have a number, ``shortened``
+    of these from runs to a shorter end.
 
-    ``band`` is its 5, 50 and 95 % points, each with its interval in ``band_low`` and ``band_high``; empty where too
-    few ran. ``indices`` is empty where ``no_indices`` says why; ``explained`` is what share of the variance of the
-    ranks their regression explains, where it is one.
+    ``band`` has the 5, 50 and 95 % points, ``band_low`` and ``band_high`` their intervals; empty if too few runs have a
+    result. ``no_indices`` says why ``indices`` is empty. ``explained`` is the share of the variance that a rank
+    regression explains.
     """
 
     name: str
@@ -81,10 +74,9 @@ class VariableRow(BaseModel):
 
 
 class StatementRow(BaseModel):
-    """An inequality and the share of the prior that it holds for, of the ``count`` points with all numbers.
+    """Inequality and the share of the prior for which it holds, of the ``count`` points with all numbers.
 
-    ``failing`` points lack a number and fail at a place that they have. ``possible`` is between which shares it lies,
-    whatever the numbers that are missing would have been.
+    ``failing`` points lack a number and fail at another place. ``possible`` bounds the share for any missing numbers.
     """
 
     name: str
@@ -99,7 +91,7 @@ class StatementRow(BaseModel):
 
 
 class Tried(BaseModel):
-    """A run to a shorter end."""
+    """Run to a shorter end."""
 
     end: float
     status: str
@@ -108,9 +100,9 @@ class Tried(BaseModel):
 
 
 class Lost(BaseModel):
-    """A run that did not give every number, and where in the prior it was.
+    """Run that lacks a result, and its point of the prior.
 
-    ``counts_to`` is where the run ends that counts in its place, the last one ``tried``; None where none does.
+    ``counts_to`` is the end of the run that counts in its place, the last one ``tried``; None without one.
     """
 
     point: int
@@ -131,7 +123,7 @@ class ShorterRow(BaseModel):
 
 
 class Uncertainty(BaseModel):
-    """uncertainty.json; the priors of the parameters are independent of each other."""
+    """Contents of uncertainty.json; the priors of the parameters are independent of each other."""
 
     uncertainty: str = ""
     status: str = ""
@@ -160,87 +152,67 @@ class Uncertainty(BaseModel):
 
 
 def lost_row(one: Planned, problem: Problem, records: Mapping[str, Record], numbers: Numbers) -> Lost | None:
-    """The run as one that did not give every number; None for one that did."""
-    (status, reason), gone = one.full.ended(records), missing(one, numbers)
+    """Row of a run that lacks a result; None for any other."""
+    status, reason = one.full.ended(records)
+    gone = [name for name, found in numbers[one.fabric].items() if not np.isfinite(found[one.part, one.row])]
     if status == "completed" and not gone:
         return None
     values = {p.name: value for p, value in zip(problem.parameters, one.values, strict=True)}
     return Lost(
         point=one.part * problem.study.samples + one.row + 1, fabric=one.fabric, status=status,
-        reason=reason or f"no number of {', '.join(gone)}", values=values, trial=_key(one.full),
+        reason=reason or f"no result {', '.join(gone)}", values=values, trial=one.full.key,
         counts_to=one.last.end if one.last.ended(records)[0] == "completed" else None,
-        tried=[_tried(again, end, records) for again, end in _again(one, problem)],
+        tried=[
+            Tried(end=again.end or 0.0, status=again.ended(records)[0], reason=again.ended(records)[1], trial=again.key)
+            for again in one.attempts[1:]
+        ],
     )  # fmt: skip
 
 
-def _again(one: Planned, problem: Problem) -> Iterator[tuple[Attempt, float]]:
-    """Attempts to shorter ends, with the ends."""
-    return zip(one.attempts[1:], problem.shorter.values, strict=False)
-
-
-def _tried(one: Attempt, end: float, records: Mapping[str, Record]) -> Tried:
-    status, reason = one.ended(records)
-    return Tried(end=end, status=status, reason=reason, trial=_key(one))
-
-
-def _key(one: Attempt) -> str:
-    return one.trial.key if one.trial else ""
-
-
-def shorter_rows(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> list[ShorterRow]:
-    """Runs to each shorter end by status; the ones completed are those that count."""
-    found = {end: Counter[str]() for end in problem.shorter.values}
-    for one in runs:
-        for again, end in _again(one, problem):
-            found[end][again.ended(records)[0]] += 1
-    return [ShorterRow(end=end, runs_by_status=dict(counts)) for end, counts in found.items()]
-
-
 def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow], unit: str) -> list[str]:
-    """Lines on how many runs are lost or end sooner, at ends in ``unit``, and on bands that are not of the same points;
-    none where nothing is lost.
-    """
+    """Warnings on runs that are lost or end sooner, with ends in ``unit``, and on bands of unequal points."""
+
+    def uneven(alike: str) -> list[str]:
+        counts: dict[tuple[str, object], set[int]] = {}
+        for one in variables:
+            counts.setdefault((one.quantity, getattr(one, alike)), set()).add(one.count)
+        return list(dict.fromkeys(name for (name, _), numbers in counts.items() if len(numbers) > 1))
+
     if not lost:
         return []
     share = f"{len(lost)} of {runs} runs ({100.0 * len(lost) / runs:.1f} %)"
     ends = Counter(one.counts_to for one in lost if one.counts_to is not None)
     if ends:
-        told = ", ".join(f"{ends[end]} to {end:g} {unit}".strip() for end in sorted(ends, reverse=True))
-        share += f" did not pass to their full end; {ends.total()} of these count to a shorter one ({told}), the others"
-    found = [f"{share} have no result that counts: bands and shares are of the part of the prior that ran"]
-    if uneven := _uneven(variables, lambda one: one.at):
-        found.append(
-            f"bands of {', '.join(uneven)} are not of the same points for all fabrics: compare by ratios and "
-            "statements, which are of points that both have"
-        )
-    if uneven := _uneven(variables, lambda one: one.who):
-        found.append(
-            f"bands of {', '.join(uneven)} are not of the same points at all places: those of few points are of the "
-            "part of the prior that came so far"
-        )
+        counts = ", ".join(f"{ends[end]} to {end:g} {unit}".strip() for end in sorted(ends, reverse=True))
+        share += f" did not reach their full end; {ends.total()} of these count to a shorter end ({counts}), the others"
+    found = [f"{share} have no valid result: bands and shares cover only the part of the prior with results"]
+    if names := uneven("at"):
+        remedy = "compare fabrics by ratios and statements, which use the points of both"
+        found.append(f"bands of {', '.join(names)} have different points for each fabric: {remedy}")
+    if names := uneven("who"):
+        few = "a band of few points covers only the part of the prior that reached its place"
+        found.append(f"bands of {', '.join(names)} have different points at each place: {few}")
     return found
 
 
-def _uneven(variables: Sequence[VariableRow], alike: Callable[[VariableRow], object]) -> list[str]:
-    """Quantities whose variables that are ``alike`` are of different numbers of points."""
-    counts: dict[tuple[str, object], set[int]] = {}
-    for one in variables:
-        counts.setdefault((one.quantity, alike(one)), set()).add(one.count)
-    return list(dict.fromkeys(name for (name, _), numbers in counts.items() if len(numbers) > 1))
-
-
-#: half the width of the interval of an index from which it is called uncertain
+#: largest half width of the interval of an index without a warning
 WIDE = 0.2
 
 
 def outcome_of(
     problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record], numbers: Numbers
 ) -> Uncertainty:
-    """Outcome as far as runs have ended; bands and shares are of the points of A and B that gave a number."""
+    """Outcome of the runs that have ended; bands and shares are of the points of A and B with a number."""
     study = problem.study
     counts = Counter(one.full.ended(records)[0] for one in runs)
     lost = [row for one in runs if (row := lost_row(one, problem, records, numbers))]
-    sooner = ended_sooner(problem, runs)
+    sooner = {fabric: np.zeros((problem.parts, study.samples), bool) for fabric in problem.cases}
+    for one in runs:
+        sooner[one.fabric][one.part, one.row] = one.last.end is not None
+    shorter = {end: Counter[str]() for end in problem.shorter.values}
+    for again in (again for one in runs for again in one.attempts[1:]):
+        shorter[again.end or 0.0][again.ended(records)[0]] += 1
+    shares = [estimates.share(s.holds(numbers)[:2], s.fails(numbers)[:2], study.seed) for s in problem.statements]
     variables = [_variable_row(one, problem, one.values(numbers), one.either(sooner)) for one in problem.variables]
     setup = next(iter(problem.cases.values())).run()
     keys = [one.trial.key for run in runs for one in run.attempts if one.trial]
@@ -255,100 +227,93 @@ def outcome_of(
         design=study.design, samples=study.samples, seed=study.seed, points=problem.parts * study.samples,
         runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
         shorter_field=problem.shorter.field, shorter_unit=problem.shorter.unit,
-        shorter=shorter_rows(problem, runs, records),
+        shorter=[ShorterRow(end=end, runs_by_status=dict(counts)) for end, counts in shorter.items()],
         warnings=[
             *looser, *lost_warnings(lost, len(runs), variables, problem.shorter.unit), *_warnings(variables),
             *idle(problem, numbers),
         ],
-        parameters=[_parameter_row(one) for one in problem.parameters], variables=variables,
-        statements=[_statement_row(one, study.seed, numbers) for one in problem.statements], lost=lost,
+        parameters=[
+            ParameterRow(
+                fields=[dotted(path) for path in p.paths], unit=p.unit, kind=p.prior.kind, low=p.prior.low,
+                high=p.prior.high, mean=p.prior.mean, sd=p.prior.sd, reason=" ".join(p.prior.reason.split()),
+            )
+            for p in problem.parameters
+        ],
+        variables=variables,
+        statements=[
+            StatementRow(
+                name=one.name, text=one.text, holds=found.holds, count=found.count, points=found.total,
+                failing=found.failing, share=found.value, interval=list(found.interval or ()),
+                possible=list(found.possible),
+            )
+            for one, found in zip(problem.statements, shares, strict=True)
+        ],
+        lost=lost,
         version=knittest.__version__, code=code_digest(), written=now(),
-    )  # fmt: skip
-
-
-def _parameter_row(one: Parameter) -> ParameterRow:
-    prior = one.prior
-    fields = [".".join(map(str, path)) for path in one.paths]
-    return ParameterRow(
-        fields=fields, unit=one.unit, kind=prior.kind, low=prior.low, high=prior.high, mean=prior.mean, sd=prior.sd,
-        reason=" ".join(prior.reason.split()),
     )  # fmt: skip
 
 
 def _variable_row(one: Variable, problem: Problem, values: Array, sooner: NDArray[np.bool_]) -> VariableRow:
     """Band and indices of ``values`` (parts, n), which are of runs to a shorter end where ``sooner``."""
-    found = spread(values[:2], problem.study.seed)
-    hang, explained, why = _hanging(one, problem, values)
+    found = estimates.spread(values[:2], problem.study.seed)
+    rows, explained, why = _index_rows(one, problem, values)
     band = {} if found is None else {"band": found.band, "band_low": found.interval[0], "band_high": found.interval[1]}
     return VariableRow(
         name=one.name, quantity=one.quantity, who=one.who, ratio=one.over is not None, at=one.at, axis=one.axis,
         unit=one.unit, log=one.log, count=int(np.isfinite(values[:2]).sum()), points=values[:2].size,
         shortened=int((np.isfinite(values) & sooner)[:2].sum()),
-        indices=hang, explained=explained, no_indices=why,
+        indices=rows, explained=explained, no_indices=why,
         **{name: ends.tolist() for name, ends in band.items()},
     )  # fmt: skip
 
 
-def _hanging(one: Variable, problem: Problem, values: Array) -> tuple[list[Index], float | None, str]:
-    """Indices of ``values`` (parts, n), the share that a regression explains, and why there are none."""
+def _index_rows(one: Variable, problem: Problem, values: Array) -> tuple[list[Index], float | None, str]:
+    """Indices of ``values`` (parts, n), the share that a regression explains, and the reason if there are none."""
     if problem.study.design == "sample":
         drawn = values_of(problem).reshape(-1, len(problem.parameters))
-        if why := no_regression(drawn, values.ravel()):
+        if why := estimates.no_regression(drawn, values.ravel()):
             return [], None, why
-        found = rank_regression(drawn, values.ravel(), problem.study.seed)
+        found = estimates.rank_regression(drawn, values.ravel(), problem.study.seed)
         rows = zip(problem.parameters, found.coefficient.tolist(), found.interval.T.tolist(), strict=True)
         return [Index(parameter=p.name, first=c, first_interval=ends) for p, c, ends in rows], found.explained, ""
-    why = hindrance(values, one.log)
-    return [] if why else _index_rows(problem, np.log(values) if one.log else values), None, why
-
-
-def hindrance(values: Array, log: bool) -> str:
-    """Reason why ``values`` (d + 2, n) have no indices; empty where they have."""
-    rows, gone = values.size, int((~np.isfinite(values)).sum())
-    if gone:
-        return f"{gone} of {rows} points of the design have no number, and what they would give is not made up"
-    if values.shape[1] < LEAST_ROWS:
-        return f"samples = {values.shape[1]}: indices take {LEAST_ROWS} at least"
-    if log and values.min() <= 0.0:
-        return "spacing: log, and some values are 0 or less"
-    return "" if varies(values) else "it does not change over the prior"
-
-
-def _index_rows(problem: Problem, values: Array) -> list[Index]:
-    found = indices(values, problem.study.seed)
+    if gone := int((~np.isfinite(values)).sum()):
+        return [], None, f"{gone} of {values.size} points of the design have no result"
+    if values.shape[1] < (least := estimates.LEAST_ROWS):
+        return [], None, f"samples = {values.shape[1]}: indices need at least {least}"
+    if one.log and values.min() <= 0.0:
+        return [], None, "spacing: log, but some values are 0 or less"
+    if not estimates.varies(values):
+        return [], None, "the quantity does not change over the prior"
+    sobol = estimates.indices(np.log(values) if one.log else values, problem.study.seed)
     return [
         Index(
-            parameter=one.name, first=found.first[k], first_interval=found.first_interval[:, k].tolist(),
-            total=found.total[k], total_interval=found.total_interval[:, k].tolist(),
+            parameter=parameter.name, first=sobol.first[k], first_interval=sobol.first_interval[:, k].tolist(),
+            total=sobol.total[k], total_interval=sobol.total_interval[:, k].tolist(),
         )
-        for k, one in enumerate(problem.parameters)
-    ]  # fmt: skip
-
-
-def _statement_row(one: Stated, seed: int, numbers: Numbers) -> StatementRow:
-    found = share(one.holds(numbers)[:2], one.fails(numbers)[:2], seed)
-    return StatementRow(
-        name=one.name, text=one.text, holds=found.holds, count=found.count, points=found.total, failing=found.failing,
-        share=found.value, interval=list(found.interval or ()), possible=list(found.possible),
-    )  # fmt: skip
+        for k, parameter in enumerate(problem.parameters)
+    ], None, ""  # fmt: skip
 
 
 def _warnings(variables: Sequence[VariableRow]) -> list[str]:
+    def half_width(index: Index) -> float:
+        sides = [[end for end in side if end is not None] for side in (index.first_interval, index.total_interval)]
+        return max(0.5 * (max(side) - min(side)) for side in sides if side)
+
     found = []
     ranked = [one for one in variables if one.indices]
-    wide = [one.name for one in ranked if any(_half_width(index) > WIDE for index in one.indices)]
+    wide = [one.name for one in ranked if any(half_width(index) > WIDE for index in one.indices)]
     if wide:
         whose = "all variables" if len(wide) == len(ranked) else "; ".join(wide)
-        found.append(f"indices of {whose}: intervals of more than ± {WIDE:g}: more samples rank them more surely")
+        found.append(f"indices of {whose} have intervals of more than ± {WIDE:g}: use more samples to rank them")
     if few := [one.name for one in variables if not one.band]:
-        found.append(f"no band, for too few points ran: {'; '.join(few)}")
+        found.append(f"too few points with a result for a band: {'; '.join(few)}")
     return found
 
 
 def idle(problem: Problem, numbers: Numbers) -> list[str]:
-    """A line for parameters that change no result at all, as fields do that the test at this scale does not read.
+    """Warning on parameters that change no result, such as fields that the test at this scale does not read.
 
-    Only the design of Saltelli changes them one by one.
+    Only the design of Saltelli changes the parameters one by one.
     """
     if problem.study.design == "sample":
         return []
@@ -356,9 +321,4 @@ def idle(problem: Problem, numbers: Numbers) -> list[str]:
     changes = np.abs(results[:, 2:] - results[:, :1])  # NaN where either has no number
     known, moved = np.isfinite(changes).any(axis=(0, 2)), (changes > 0.0).any(axis=(0, 2))
     names = [problem.parameters[k].name for k in np.flatnonzero(known & ~moved)]
-    return [f"no result changes at all with {', '.join(names)}: does this test read it?"] if names else []
-
-
-def _half_width(index: Index) -> float:
-    sides = [[end for end in side if end is not None] for side in (index.first_interval, index.total_interval)]
-    return max(0.5 * (max(side) - min(side)) for side in sides if side)
+    return [f"no result changes with {', '.join(names)}: check that this test uses it"] if names else []

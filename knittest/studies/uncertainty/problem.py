@@ -21,44 +21,38 @@ from knittest.config.studies import Uncertainty
 from knittest.config.yaml_loader import Document, KeyPath, dotted, shown
 from knittest.laboratory.records import Ending
 from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import Case, existing, fabric_path, quantiles, settings_of, tried
+from knittest.studies.trials.case import Case, fabric_path, file_beside, number_paths, quantiles, settings_of, tried
 from knittest.studies.uncertainty.variables import Stated, Variable, statements_of, variables_of
 
-#: what names things: no run computes with it
+#: names and labels: no result depends on them
 _NAMES = ("fabric.name", "fabric.title", "fabric.experiment", "fabric.rigs", "output.")
 
 
 def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Document) -> dict[str, list[object]]:
-    """Values, in the order of ``runs``, of every field in which they differ.
-
-    Raises :class:`InputError` for one that is not below a path of ``differ``.
-    """
-    found = differences(list(runs.values()))
+    """Values of every field in which ``runs`` differ; raises :class:`InputError` for one outside ``differ``."""
+    flat = [dict(leaves(run.model_dump(mode="json"))) for run in runs.values()]
+    meso = next(iter(runs.values())).model.scale == "meso"
+    unused = (*_NAMES, "fabric.macro.") if meso else _NAMES
+    names = dict.fromkeys(name for one in flat for name in one if not name.startswith(unused))
+    values = {name: [one.get(name) for one in flat] for name in names}
+    found = {name: several for name, several in values.items() if any(value != several[0] for value in several)}
     allowed = [tuple(name.split(".")) for name in study.differ]
     more = [name for name in found if not any(tuple(name.split("."))[: len(one)] == one for one in allowed)]
     if more:
         name = more[0]
-        values = ", ".join(f"{fabric} {shown(value, 30)}" for fabric, value in zip(runs, found[name], strict=True))
+        pairs = zip(runs, found[name], strict=True)
+        shown_values = ", ".join(f"{fabric} {shown(value, 30)}" for fabric, value in pairs)
         others = f"; so do {', '.join(more[1:])}" if more[1:] else ""
         raise InputError(
-            f"{document.where(('fabrics',))}: the fabrics differ in {name} ({values}){others}: "
-            "set it in base.set, make it a parameter, or name it in differ"
+            f"{document.where(('fabrics',))}: the fabrics differ in {name} ({shown_values}){others}: "
+            "set it in base.set, make it a parameter, or add it to differ"
         )
     return found
 
 
-def differences(runs: Sequence[Run]) -> dict[str, list[object]]:
-    """Values of each field, by dotted path, in which ``runs`` differ; of runs of yarns without the shells' card."""
-    flat = [dict(leaves(run.model_dump(mode="json"))) for run in runs]
-    unread = (*_NAMES, "fabric.macro.") if runs[0].model.scale == "meso" else _NAMES
-    names = dict.fromkeys(name for one in flat for name in one if not name.startswith(unread))
-    values = {name: [one.get(name) for one in flat] for name in names}
-    return {name: found for name, found in values.items() if any(value != found[0] for value in found)}
-
-
 @dataclass(frozen=True)
 class Shorter:
-    """Falling ``values`` of the ``field`` that ends the test, in ``unit``, if any; ``where`` the file has them."""
+    """Falling ``values`` of the ``field`` that ends the test, in ``unit``, stated at ``where``; none by default."""
 
     field: str = ""
     values: tuple[float, ...] = ()
@@ -66,23 +60,12 @@ class Shorter:
     where: str = ""
 
     def setting(self, end: float) -> Setting:
-        """Setting that lets a run end at ``end``."""
+        """Setting that ends a run at ``end``."""
         return Setting(tuple(self.field.split(".")), end, self.where)
 
 
-def ending_of(run: Run) -> Ending | None:
-    """End of the motion of ``run``, None where its test has none that could be sooner."""
-    kind = kinds()[run.rig.kind]
-    found: Ending | None = kind.load("ending")(run) if kind.ending else None
-    return found
-
-
 def shorter_of(study: Uncertainty, document: Document, middle: Mapping[str, Run], drawn: Sequence[KeyPath]) -> Shorter:
-    """Shorter ends of ``study``, whose fabrics run as ``middle`` at the medians of the fields ``drawn``.
-
-    Raises :class:`InputError` for another field than the one that ends the test, one that is drawn, and for values
-    that do not fall from the full end, cut the mean about a place, or give nothing that is asked for.
-    """
+    """Shorter ends of ``study``; raises :class:`InputError` for a field that is drawn or ends no test."""
     if not study.shorter:
         return Shorter()
     ((name, values),) = study.shorter.items()
@@ -90,39 +73,38 @@ def shorter_of(study: Uncertainty, document: Document, middle: Mapping[str, Run]
     kind = next(iter(middle.values())).rig.kind
     path = number_path(name, document.where(("shorter", name)), [kind])
     if path in drawn:
-        raise InputError(f"{where}: is one of the parameters: its draws are ends already, leave it out of one")
+        raise InputError(f"{where}: is also one of the parameters: remove it from one of them")
     told = ", ".join(f"{value:g}" for value in values)
     for fabric, run in middle.items():
-        ending = ending_of(run)
+        ending: Ending | None = kinds()[kind].load("ending")(run) if kinds()[kind].ending else None
         if ending is None or ending.field != name:
-            said = f"expected {ending.field}" if ending else "it reads nothing before its end; leave shorter out"
-            raise InputError(f"{where}: does not end this test ({kind}) sooner: {said}")
+            remedy = f"expected {ending.field}" if ending else "the test has results only at its end; remove shorter"
+            raise InputError(f"{where}: does not end this test ({kind}) sooner: {remedy}")
         _check_values(values, ending, study, f"{where} = [{told}]", fabric)
     unit = str(field_meta(type(run.rig), str(path[-1])).get("unit", ""))
     return Shorter(name, tuple(values), unit, document.where(("shorter", name)))
 
 
-def _check_values(values: Sequence[float], ending: Ending, study: Uncertainty, said: str, fabric: str) -> None:
+def _check_values(values: Sequence[float], ending: Ending, study: Uncertainty, where: str, fabric: str) -> None:
     for before, end in pairwise([ending.now, *values]):
         if end >= before:
             what = f"the full end of {fabric}" if before == ending.now else "the value before it"
-            raise InputError(f"{said}: {end:g} must be below {what}, {before:g}: each try ends sooner than the last")
+            raise InputError(f"{where}: {end:g} must be below {what}, {before:g}: each run ends sooner than the last")
     places = sorted({at for one in study.quantities.values() for at in one.at})
     for end in values:
         cut = [at for at in places if end - ending.near < at <= end]
         if cut:
-            raise InputError(
-                f"{said}: {end:g} ends within the mean about {cut[0]:g}, which reaches {ending.near:g} beyond it: "
-                f"expected {cut[0] + ending.near:g} or more, such as {cut[0] + 2.0 * ending.near:g}"
-            )
+            least, such = cut[0] + ending.near, cut[0] + 2.0 * ending.near
+            why = f"{end:g} is within the range of the mean at {cut[0]:g}, which ends at {least:g}"
+            raise InputError(f"{where}: {why}: expected this value or more, such as {such:g}")
         if not any(at <= end for at in places) and not any(one.any_end for one in study.quantities.values()):
-            first = f"the first place is {places[0]:g}" if places else "no quantity has places (at), nor any_end: true"
-            raise InputError(f"{said}: {end:g} gives nothing that is asked for: {first}")
+            first = f"the first place is {places[0]:g}" if places else "no quantity has places (at) or any_end: true"
+            raise InputError(f"{where}: a run to {end:g} has none of the requested results: {first}")
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """An assumed number at all ``paths`` of a run, its unit and its prior."""
+    """Assumed number at all ``paths`` of a run, its unit and its prior."""
 
     paths: tuple[KeyPath, ...]
     unit: str
@@ -148,21 +130,21 @@ class Parameter:
         return float(self.values(np.array(0.5)))
 
     def values(self, unit: Array) -> Array:
-        """Values below which the shares ``unit`` of the prior lie, in the shape of ``unit``."""
+        """Quantiles of the prior at the shares ``unit``, in the shape of ``unit``."""
         low, high = self.ends
         found = quantiles(self.prior, unit)
         found = np.rint(found) if self.prior.whole else found
         return np.array([tried(v, low, high) for v in found.ravel()]).reshape(unit.shape)
 
     def settings(self, value: float) -> list[Setting]:
-        """``value`` at every path."""
+        """Settings of ``value`` at every path."""
         given = int(value) if self.prior.whole else float(value)
         return [Setting(path, given, self.where) for path in self.paths]
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Contents of a file of ``knittest uncertainty``, checked; ``cases`` are by the name of their fabric."""
+    """Checked contents of a file of ``knittest uncertainty``; ``cases`` are by the name of their fabric."""
 
     name: str
     study: file.Uncertainty
@@ -175,13 +157,11 @@ class Problem:
 
     @property
     def parts(self) -> int:
-        """Parts of the design: A and B, and one a parameter where indices of Sobol are asked for."""
+        """Parts of the design: A and B, and one a parameter for Sobol indices."""
         return 2 + (len(self.parameters) if self.study.design == "saltelli" else 0)
 
     def run(self, fabric: str, values: Sequence[float], end: float | None = None) -> Run:
-        """The run of ``fabric`` with ``values`` of the parameters, to its full end or to the shorter ``end``; raises
-        :class:`InputError` where it is refused.
-        """
+        """Run of ``fabric`` with ``values``, to its full or shorter ``end``; raises :class:`InputError` if invalid."""
         sooner = [] if end is None else [self.shorter.setting(end)]
         return with_cards([self.cases[fabric].run([*settings_at(self.parameters, values), *sooner])])[0]
 
@@ -192,16 +172,18 @@ def settings_at(parameters: Sequence[Parameter], values: Sequence[float]) -> lis
 
 
 def problem_of(document: Document, accept_limits: bool = False) -> Problem:
-    """The problem in ``document``, raises :class:`InputError` with file and line; limits looser
-    than the preset's may be accepted.
-    """
+    """Read the problem in ``document``; raises :class:`InputError` with file and line."""
     study = file.parse_uncertainty(document)
     cases = _cases(study, document, accept_limits)
     first = next(iter(cases.values())).run()
     parameters = _parameters(study, document, first.rig.kind)
     for case in cases.values():
         _check_ends(case, parameters)
-    middle = _middle(cases, parameters)
+    try:
+        settings = settings_at(parameters, [one.median for one in parameters])
+        middle = {name: case.run(settings) for name, case in cases.items()}
+    except InputError as error:
+        raise InputError(f"{error} (at the medians of all priors, which do not fit together)") from None
     differences = check_differences(middle, study, document)
     variables = variables_of(study, document)
     stated = statements_of(study, document)
@@ -211,41 +193,33 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
 
 def _cases(study: file.Uncertainty, document: Document, accept_limits: bool) -> dict[str, Case]:
     base = study.base
-    folder = Path(document.source).resolve().parent
-    config = None if base.config is None else existing(folder / base.config, document.where(("base", "config")))
+    config = base.config and file_beside(document, base.config, document.where(("base", "config")))
     settings = tuple(settings_of(base, document, ("base",)))
     found = {}
     for name, chosen in study.fabrics.items():
         fabric = fabric_path(chosen, document, ("fabrics", name))
         if "/" in name:
             where = document.where(("fabrics", name))
-            raise InputError(f"{where}: fabrics.{name}: expected a name without /, which stands for a ratio")
-        found[name] = Case(name, base.test, fabric, config, settings, accept_limits)
+            raise InputError(f"{where}: fabrics.{name}: expected a name without /, which is for ratios")
+        found[name] = Case(name, base.test, fabric, config or None, settings, accept_limits)
     return found
 
 
 def _parameters(study: file.Uncertainty, document: Document, kind: str) -> list[Parameter]:
-    """All parameters; raises :class:`InputError` for a field that the test has not, or that is given twice."""
+    """All parameters; raises :class:`InputError` for a field that the test does not have, or that is given twice."""
     found = []
-    said = dict[KeyPath, str]()
-    for name in study.base.set:
-        said[tuple(name.split("."))] = document.where(("base", "set", name))
+    claimed: dict[KeyPath, str] = {tuple(n.split(".")): document.where(("base", "set", n)) for n in study.base.set}
     for name, prior in study.parameters.items():
         where = document.where(("parameters", name))
-        paths = tuple(number_path(one, where, [kind]) for one in (name, *prior.also))
-        for path in paths:
-            for other, at in said.items():
-                if path[: len(other)] == other[: len(path)]:
-                    raise InputError(f"{where}: {dotted(path)}: given twice, first at {at}: give it once")
-            said[path] = where
+        paths = number_paths([name, *prior.also], where, [kind], claimed)
         field = place(paths[0], kind)
         found.append(Parameter(paths, field.unit if field else "", prior, where))
     return found
 
 
 def _check_ends(case: Case, parameters: Sequence[Parameter]) -> None:
-    """Raise :class:`InputError` where the schema refuses an end of a prior, all else as in the fabric and also where
-    the other parameters are at their medians: some fields take each other to be there at all.
+    """Raise :class:`InputError` if the schema rejects an end of a prior both with the other parameters as in the fabric
+    and at their medians: some fields need each other.
     """
     for parameter in parameters:
         others = [setting for one in parameters if one is not parameter for setting in one.settings(one.median)]
@@ -257,16 +231,7 @@ def _check_ends(case: Case, parameters: Sequence[Parameter]) -> None:
                 case.run([*others, *parameter.settings(end)])
             except InputError as error:
                 prior = f"an end of the prior of {parameter.name}, {end:g}, for fabric {case.name}"
-                raise InputError(f"{error} ({prior}: no draw may lie where the field cannot)") from None
-
-
-def _middle(cases: Mapping[str, Case], parameters: Sequence[Parameter]) -> dict[str, Run]:
-    """Run of each case at the medians of all priors; raises :class:`InputError` where it is refused."""
-    settings = settings_at(parameters, [one.median for one in parameters])
-    try:
-        return {name: case.run(settings) for name, case in cases.items()}
-    except InputError as error:
-        raise InputError(f"{error} (at the medians of all priors: they do not fit each other)") from None
+                raise InputError(f"{error} ({prior}: limit the prior to valid values)") from None
 
 
 # Points of a design: two samples A and B of the prior, and by Saltelli et al. (2010) A with one column of B each.

@@ -1,10 +1,9 @@
-"""Runs of the design: a trial for every point and fabric, and the numbers that its record gives."""
+"""Runs of the design: a trial for every point and fabric, and the results of its record."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array
@@ -14,16 +13,14 @@ from knittest.studies.trials.trial import OPEN, Record, Trial, trial_of
 from knittest.studies.uncertainty.problem import Problem, design, matrix_name
 from knittest.studies.uncertainty.variables import results_of
 
-#: ends of a run after which a shorter one may pass: loops that lock do so before it begins, and a run that hung or died
-#: says nothing of its length
+#: statuses of a run after which a shorter one may pass: locked loops stop a run before it begins, and a run that hung
+#: or died would do so again
 ON_ITS_WAY = ("refused", "failed")
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A run to its full end, or to the shorter ``end``; ``problem`` says why the input is refused, where there is no
-    trial.
-    """
+    """Run to its full end, or to the shorter ``end``; without a trial, ``problem`` says why the input is invalid."""
 
     trial: Trial | None
     problem: str = ""
@@ -36,17 +33,22 @@ class Attempt:
         record = records.get(self.trial.key)
         return (record.status, record.reason) if record else (OPEN, "not run yet")
 
+    @property
+    def key(self) -> str:
+        """Key of the trial; empty without one."""
+        return self.trial.key if self.trial else ""
+
     def results(self, records: Mapping[str, Record]) -> dict[str, float]:
-        """Numbers of one that passed every gate, empty of any other."""
-        return records[self.trial.key].results if self.trial and self.trial.key in records else {}
+        """Results of a completed run; empty for any other."""
+        return records[self.key].results if self.key in records else {}
 
 
 @dataclass(frozen=True)
 class Planned:
-    """The run of ``fabric`` at row ``row`` of the part ``part`` of the design, where the parameters are ``values``.
+    """Run of ``fabric`` at row ``row`` of the part ``part`` of the design, with ``values`` of the parameters.
 
-    ``attempts`` are the full one, and as far as it was lost on its way those to shorter ends, one after the other: the
-    last one counts, if it passed.
+    ``attempts`` are the run to the full end and, if it failed on the way, runs to shorter ends, one after the other.
+    The last one counts, if it passed.
     """
 
     part: int
@@ -74,22 +76,18 @@ def values_of(problem: Problem) -> Array:
 
 
 def planned(problem: Problem) -> list[Planned]:
-    """All runs; a draw that the schema refuses makes one with a problem."""
+    """All runs; a draw that the schema rejects makes a run with a problem."""
     values = values_of(problem)
-    return [
-        _planned(problem, part, row, fabric, tuple(float(v) for v in values[part, row]))
+    runs = [
+        Planned(part, row, fabric, tuple(values[part, row].tolist()), ())
         for part, row in np.ndindex(values.shape[:2])
         for fabric in problem.cases
     ]
-
-
-def _planned(problem: Problem, part: int, row: int, fabric: str, values: tuple[float, ...]) -> Planned:
-    one = Planned(part, row, fabric, values, ())
-    return replace(one, attempts=(_attempt(problem, one),))
+    return [replace(one, attempts=(_attempt(problem, one),)) for one in runs]
 
 
 def _attempt(problem: Problem, one: Planned, end: float | None = None) -> Attempt:
-    """Attempt of ``one`` to its full ``end``, or a shorter one."""
+    """Attempt of ``one`` to its full end, or to the shorter ``end``."""
     label = f"{one.fabric}, {matrix_name(one.part, [p.name for p in problem.parameters])}, row {one.row + 1}"
     label += "" if end is None else f", to {end:g}"
     try:
@@ -99,24 +97,19 @@ def _attempt(problem: Problem, one: Planned, end: float | None = None) -> Attemp
 
 
 def gone_on(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> list[Planned]:
-    """``runs`` with all attempts to shorter ends that ``records`` make due."""
-    return [_gone_on(problem, one, records) for one in runs]
-
-
-def _gone_on(problem: Problem, one: Planned, records: Mapping[str, Record]) -> Planned:
-    for end in problem.shorter.values[len(one.attempts) - 1 :]:
-        if one.last.ended(records)[0] not in ON_ITS_WAY:
-            break
-        one = replace(one, attempts=(*one.attempts, _attempt(problem, one, end)))
-    return one
+    """Add to ``runs`` all attempts to shorter ends that follow from ``records``."""
+    found = []
+    for one in runs:
+        for end in problem.shorter.values[len(one.attempts) - 1 :]:
+            if one.last.ended(records)[0] not in ON_ITS_WAY:
+                break
+            one = replace(one, attempts=(*one.attempts, _attempt(problem, one, end)))
+        found.append(one)
+    return found
 
 
 def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> dict[str, dict[str, Array]]:
-    """Results asked for, by fabric and name, over the design (parts, n), NaN where a run gave none.
-
-    A run that ended sooner gives what has a place up to there, and else what any end gives only. Raises
-    :class:`InputError` for a quantity that no run of the test has.
-    """
+    """Requested results over the design, NaN without one; raises :class:`InputError` for an unknown quantity."""
     quantities = problem.study.quantities.values()
     names = [name for one in quantities for name in results_of(one)]
     sooner = [name for one in quantities if one.at or one.any_end for name in results_of(one)]
@@ -126,50 +119,25 @@ def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, 
     for run in runs:
         known |= dict.fromkeys(run.full.results(records))
         results = run.last.results(records)
-        for name in names if run.last.end is None else sooner:
+        for name in names if run.last.end is None else sooner:  # others are not those of the full end
             found[run.fabric][name][run.part, run.row] = results.get(name, np.nan)
     if known:
         _check_known(problem, list(known))
     return found
 
 
-def ended_sooner(problem: Problem, runs: Sequence[Planned]) -> dict[str, NDArray[np.bool_]]:
-    """Flags of runs to a shorter end, by fabric, over the design (parts, n)."""
-    shape = (problem.parts, problem.study.samples)
-    found = {fabric: np.zeros(shape, bool) for fabric in problem.cases}
-    for one in runs:
-        found[one.fabric][one.part, one.row] = one.last.end is not None
-    return found
-
-
 def check_first(problem: Problem, record: Record) -> None:
-    """Raise :class:`InputError` where a run completed without any result of a quantity that the test has no label for.
-
-    So a misspelt name ends the study with its first run.
-    """
+    """Raise :class:`InputError` after the first run for a quantity that neither it nor the labels of its test have."""
     if record.results:
         kind = next(iter(problem.cases.values())).kind
         _check_known(problem, [*record.results, *kinds()[kind].labels])
 
 
 def _check_known(problem: Problem, known: list[str]) -> None:
-    """Raise :class:`InputError` for a quantity none of whose results is ``known``."""
+    """Raise :class:`InputError` for a quantity without a ``known`` result."""
     for name, one in problem.study.quantities.items():
         if not any(result in known for result in results_of(one)):
             stem = list(dict.fromkeys(result.partition(".")[0] if one.at else result for result in known))
-            said = f"{problem.name}.yaml: quantities.{name}.result = {one.result}"
+            where = f"{problem.name}.yaml: quantities.{name}.result = {one.result}"
             places = f" at {', '.join(f'{at:g}' for at in one.at)}" if one.at else ""
-            raise InputError(f"{said}: no run has it{places}: {unknown(one.result, stem, 'result')}")
-
-
-def missing(one: Planned, numbers: Mapping[str, Mapping[str, Array]]) -> list[str]:
-    """Names of results that the run did not give."""
-    return [name for name, found in numbers[one.fabric].items() if not np.isfinite(found[one.part, one.row])]
-
-
-def points(runs: Sequence[Planned]) -> Iterator[list[Planned]]:
-    """Runs of each point of the design, one a fabric, in the order of the design."""
-    by: dict[tuple[int, int], list[Planned]] = {}
-    for one in runs:
-        by.setdefault((one.part, one.row), []).append(one)
-    yield from by.values()
+            raise InputError(f"{where}: no run has this result{places}: {unknown(one.result, stem, 'result')}")

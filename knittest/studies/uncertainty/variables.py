@@ -12,13 +12,13 @@ from knittest.config import studies as file
 from knittest.config.messages import unknown
 from knittest.config.yaml_loader import Document, shown
 
-#: numbers of all fabrics: by fabric and result, over the design, NaN where there is none
+#: results of all fabrics: by fabric and result, over the design, NaN for a missing one
 Numbers = Mapping[str, Mapping[str, Array]]
 
 
 @dataclass(frozen=True)
 class Variable:
-    """The ``quantity`` of fabric ``of``, or of ``of`` over ``over``, at the place ``at`` of its axis, if it has one."""
+    """Quantity of fabric ``of``, or its ratio ``of`` over ``over``, at the place ``at`` of its axis, if it has one."""
 
     quantity: str
     of: str
@@ -31,7 +31,7 @@ class Variable:
 
     @property
     def who(self) -> str:
-        """The fabric, or A/B."""
+        """Fabric, or A/B."""
         return self.of if self.over is None else f"{self.of}/{self.over}"
 
     @property
@@ -40,7 +40,7 @@ class Variable:
         return f"{self.who} {self.quantity}" + ("" if self.at is None else f", {self.at:g}")
 
     def values(self, numbers: Numbers) -> Array:
-        """Values over the design, NaN where a number is missing or a ratio has none."""
+        """Values over the design, NaN where a number or a ratio is missing."""
         found = numbers[self.of][self.result]
         if self.over is None:
             return found
@@ -48,13 +48,13 @@ class Variable:
         return np.divide(found, below, out=np.full_like(found, np.nan), where=below != 0.0)
 
     def either(self, flags: Mapping[str, NDArray[np.bool_]]) -> NDArray[np.bool_]:
-        """Flags of the fabric, or of either one of a ratio, over the design."""
+        """Flags of the fabric, or of either fabric of a ratio, over the design."""
         return flags[self.of] if self.over is None else flags[self.of] | flags[self.over]
 
 
 @dataclass(frozen=True)
 class Stated:
-    """An inequality between variables, the same at all places of their axis."""
+    """Inequality between variables, the same at all places of their axis."""
 
     name: str
     of: list[Variable]
@@ -63,38 +63,43 @@ class Stated:
 
     @property
     def text(self) -> str:
-        """The inequality in words, such as ``shear force of V2 below V1 at 10, 20``."""
+        """Inequality in words, such as ``shear force of V2 below V1 at 10, 20``."""
         first = self.of[0]
         places = ", ".join(f"{one.at:g}" for one in self.of if one.at is not None)
         sides = [
-            f"{word} {_told(side)}" for word, side in (("below", self.below), ("above", self.above)) if side is not None
+            f"{word} {side[0].who if isinstance(side, list) else f'{side:g}'}"
+            for word, side in (("below", self.below), ("above", self.above))
+            if side is not None
         ]
         return f"{first.quantity} of {first.who} {' and '.join(sides)}" + (f" at {places}" if places else "")
 
     def holds(self, numbers: Numbers) -> Array:
-        """1 where it holds at all places, 0 where it does not, NaN where a number is missing, over the design."""
+        """1 where it holds at all places, 0 where it fails, NaN where a number is missing, over the design."""
         least = np.min(self._gaps(numbers), axis=(0, 1))  # NaN where one is
         return np.where(np.isfinite(least), least > 0.0, np.nan)
 
     def fails(self, numbers: Numbers) -> NDArray[np.bool_]:
-        """Flags of points at which it fails at a place with numbers, whatever others would give, over the design."""
+        """Flags of points that fail at a place with numbers, for any missing numbers, over the design."""
         failing: NDArray[np.bool_] = np.any(self._gaps(numbers) <= 0.0, axis=(0, 1))
         return failing
 
     def _gaps(self, numbers: Numbers) -> Array:
-        """Gaps between the values and their ends (ends, places, ...), above 0 where it holds, NaN without a number."""
-        values = np.array([one.values(numbers) for one in self.of])
-        ends = [(_side(self.below, numbers), 1.0), (_side(self.above, numbers), -1.0)]
-        return np.array([np.broadcast_to(sign * (end - values), values.shape) for end, sign in ends if end is not None])
+        """Gaps between values and limits (limits, places, ...), above 0 where it holds, NaN without a number."""
+        values, gaps = np.array([one.values(numbers) for one in self.of]), []
+        for limit, sign in ((self.below, 1.0), (self.above, -1.0)):
+            if limit is not None:
+                end = np.array([one.values(numbers) for one in limit]) if isinstance(limit, list) else limit
+                gaps.append(np.broadcast_to(sign * (end - values), values.shape))
+        return np.array(gaps)
 
 
 def results_of(quantity: file.Wanted) -> list[str]:
-    """Names of its results in a summary, one a place."""
+    """Names of the results of ``quantity`` in a summary, one a place."""
     return [f"{quantity.result}.{at:g}" for at in quantity.at] or [quantity.result]
 
 
 def variables_of(study: file.Uncertainty, document: Document) -> list[Variable]:
-    """All variables: of each quantity those of the fabrics, then those of the ratios."""
+    """All variables: for each quantity those of the fabrics, then those of the ratios."""
     found = []
     for name, one in study.quantities.items():
         where = document.where(("quantities", name, "ratios"))
@@ -103,12 +108,12 @@ def variables_of(study: file.Uncertainty, document: Document) -> list[Variable]:
     return found
 
 
-def _at_places(name: str, study: file.Uncertainty, who: str, said: str) -> list[Variable]:
-    """Variables of the quantity ``name`` of ``who``, a fabric or A/B; raises :class:`InputError`, ``said`` where."""
+def _at_places(name: str, study: file.Uncertainty, who: str, where: str) -> list[Variable]:
+    """Variables of the quantity ``name`` of ``who``, a fabric or A/B; raises :class:`InputError` with ``where``."""
     of, _, over = who.partition("/")
     for fabric in filter(None, (of, over)):
         if fabric not in study.fabrics:
-            raise InputError(f"{said}: {shown(fabric)}: {unknown(fabric, list(study.fabrics), 'fabric')}")
+            raise InputError(f"{where}: {shown(fabric)}: {unknown(fabric, list(study.fabrics), 'fabric')}")
     one = study.quantities[name]
     unit = "1" if over else one.unit
     places: list[float | None] = [*one.at] or [None]
@@ -122,26 +127,14 @@ def statements_of(study: file.Uncertainty, document: Document) -> list[Stated]:
     """All statements; raises :class:`InputError` for an unknown quantity or fabric."""
     found = []
     for name, one in study.statements.items():
-        said = f"{document.where(('statements', name))}: statements.{name}"
+        where = f"{document.where(('statements', name))}: statements.{name}"
         if one.quantity not in study.quantities:
             known = unknown(one.quantity, list(study.quantities), "quantity")
-            raise InputError(f"{said}.quantity = {shown(one.quantity)}: {known}")
-        of = _at_places(one.quantity, study, one.of, f"{said}.of")
-        below, above = (_compared(one, study, at, f"{said}.{at}") for at in ("below", "above"))
+            raise InputError(f"{where}.quantity = {shown(one.quantity)}: {known}")
+        of = _at_places(one.quantity, study, one.of, f"{where}.of")
+        below, above = (
+            _at_places(one.quantity, study, side, f"{where}.{at}") if isinstance(side, str) else side
+            for at, side in (("below", one.below), ("above", one.above))
+        )
         found.append(Stated(name, of, below, above))
     return found
-
-
-def _compared(one: file.Statement, study: file.Uncertainty, at: str, said: str) -> list[Variable] | float | None:
-    given: str | float | None = getattr(one, at)
-    return _at_places(one.quantity, study, given, said) if isinstance(given, str) else given
-
-
-def _side(given: list[Variable] | float | None, numbers: Numbers) -> Array | float | None:
-    if isinstance(given, list):
-        return np.array([one.values(numbers) for one in given])
-    return given
-
-
-def _told(side: list[Variable] | float) -> str:
-    return side[0].who if isinstance(side, list) else f"{side:g}"
