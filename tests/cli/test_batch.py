@@ -184,10 +184,10 @@ def test_yes_agrees(sweep, monkeypatch):
     ("arguments", "said"),
     [
         (["none.yaml"], "none.yaml: no such file"),
-        (["s.yaml", "--shard", "3/2"], "expected the share and their number"),
-        (["s.yaml", "--shard", "0/2"], "expected the share and their number"),
+        (["s.yaml", "--shard", "3/2"], "expected the number of the share"),
+        (["s.yaml", "--shard", "0/2"], "expected the number of the share"),
         (["s.yaml", "--workers", "0"], "0 is not in the range"),
-        (["s.yaml", "--dask", "tcp://127.0.0.1:1", "--workers", "2"], "the cluster has its own"),
+        (["s.yaml", "--dask", "tcp://127.0.0.1:1", "--workers", "2"], "leave it out with --dask"),
         (["s.yaml", "--out", "s.yaml"], "is a file, expected a folder"),
         (["s.yaml", "--out", "full"], "but no batch"),
         (["bad.yaml"], 'bad.yaml:2: rig.widht: unknown field (did you mean "width"?)'),
