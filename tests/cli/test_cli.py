@@ -260,9 +260,9 @@ def test_schema_explains_a_field(capsys):
     assert "  preset, friction meso: quick 15, standard 25, paper 50" in said
     assert run(["schema", "fabric.contact"]) == 0
     assert "fabric.contact.normal_stiffness [N/mm]: penalty" in capsys.readouterr().out
-    assert run(["schema", "rig.widht"]) == 2 and "nearest: rig.width" in capsys.readouterr().err
+    assert run(["schema", "rig.widht"]) == 2 and "did you mean rig.width" in capsys.readouterr().err
     assert run(["schema", "tangential_ratio"]) == 2
-    assert "nearest: fabric.contact.tangential_ratio" in capsys.readouterr().err
+    assert "did you mean fabric.contact.tangential_ratio" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -37,7 +37,7 @@ def test_a_sweep(accepted: bool, tmp_path: Path) -> None:
 
 def test_a_sweep_over_acceptance_is_refused(tmp_path: Path) -> None:
     text = SWEEP.replace("solver.max_kinetic_ratio: [5.0, 50.0]", "accept_limits: [true]")
-    with pytest.raises(InputError, match="only --accept-limits says so"):
+    with pytest.raises(InputError, match="use --accept-limits instead"):
         plan_of(load_yaml(swept(tmp_path, text))).rows()
 
 

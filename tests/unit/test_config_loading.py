@@ -22,12 +22,11 @@ def rig(tmp_path):
 
 @pytest.mark.parametrize("preset", list(PRESETS))
 def test_preset_sets_counts_and_the_meso_gauge(preset):
-    values = PRESETS[preset]
     meso, macro = (resolve(variant="2", scale=scale, preset=preset) for scale in ("meso", "macro"))
     assert meso.model.meso.elements_per_loop == 30
     assert meso.model.meso.elements_per_wave == 8
     assert meso.rig.gauge_length == GAUGE[preset]
-    assert macro.model.macro.element_size == values.element_size
+    assert macro.model.macro.element_size == PRESETS[preset]
     assert macro.rig.gauge_length == 200.0
     assert meso.model.preset == macro.model.preset == preset
 
@@ -53,7 +52,7 @@ def test_preset_sets_the_speeds_of_yarns_and_an_option_goes_over_them(preset, ra
 
 def test_config_chooses_scale_preset_and_parameters(rig):
     run = resolve(variant="2", config=rig("model: {scale: macro, preset: quick}\nparameters: as-measured\n"))
-    assert run.model.macro.element_size == PRESETS["quick"].element_size
+    assert run.model.macro.element_size == PRESETS["quick"]
     assert run.rig.gauge_length == 200.0
     assert run.fabric.reinforcing.youngs_modulus.source == "measured"
 
@@ -127,7 +126,7 @@ def test_curve_beside_the_fabric_file_becomes_absolute(tmp_path):
     ("asked", "phrase"),
     [
         ({}, "no fabric is given"),
-        ({"variant": "1", "fabric": "x.yaml"}, "more than one fabric is given: --variant 1 and --fabric x.yaml"),
+        ({"variant": "1", "fabric": "x.yaml"}, "more than one fabric is given, --variant 1 and --fabric x.yaml"),
         ({"variant": "1", "scale": "meso", "sets": ["model.scale=macro"]}, "contradicts --scale meso"),
         ({"variant": "1", "parameters": "as-mesured"}, 'did you mean "as-measured"'),
         ({"variant": "1", "preset": "papier"}, 'did you mean "paper"'),

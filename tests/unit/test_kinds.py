@@ -137,7 +137,7 @@ def test_a_part_is_made_once_and_only_where_it_is_asked_for():
 
 
 def test_a_record_that_names_nothing_is_refused():
-    with pytest.raises(InputError, match="test friction: report: cannot be loaded"):
+    with pytest.raises(InputError, match="test friction: report cannot be loaded"):
         replace(kinds()["friction"], report="knittest.laboratory.friction.nowhere:Report").load("report")
     with pytest.raises(InputError, match="expected module:name"):
         replace(kinds()["friction"], report="Report").load("report")
@@ -193,7 +193,9 @@ def test_a_checkout_has_the_tests_that_it_states_now_however_old_its_installatio
     assert list(kinds.__wrapped__()) == [name for name in names() if kinds()[name].run.startswith("knittest.")]
     monkeypatch.setattr(module, "_of_checkout", lambda path: [])
     with pytest.raises(
-        InputError, match=r"own tests are not installed \(knittest\.laboratory\.bias_extension\.kind, .*pip install"
+        InputError,
+        match=r"tests of knittest are not installed \(knittest\.laboratory\.bias_extension\.kind, .*pip "
+        "install",
     ):
         kinds.__wrapped__()
 

@@ -83,6 +83,6 @@ def test_hourglass_energy_of_a_strip_at_rest_is_judged(share: float, failures: i
     quality = judged(*prepared(), share)
     assert (len(quality.failures), len(quality.warnings)) == (failures, warnings)
     told = [*quality.failures, *quality.warnings]
-    assert all(text.startswith("hourglass over internal energy") for text in told)
+    assert all(text.startswith("hourglass energy over internal energy") for text in told)
     assert "model.macro.element_size" in "".join(quality.failures) or share != 0.051
     assert quality.hourglass_over_internal_max == pytest.approx(share, nan_ok=True)

@@ -195,7 +195,7 @@ def test_shipped_sweeps_are_planned(path):
         (BASE + "sample: {n: 3, fields: {rig.width: {low: 9, high: 5}}}", "must be greater than low = 9"),
         (BASE + "sample: {n: 3, fields: {rig.width: {low: 9}}}", "a uniform distribution needs low and high"),
         (BASE + "sample: {n: 3, fields: {rig.width: {kind: normal, mean: 9}}}", "a normal distribution needs mean"),
-        (BASE + "sample: {n: 3, fields: {rig.width: {low: 5, high: 9, sd: 1}}}", "a uniform distribution has none"),
+        (BASE + "sample: {n: 3, fields: {rig.width: {low: 5, high: 9, sd: 1}}}", "a uniform distribution has no"),
         (BASE + "sample: {n: 3, method: sobol, fields: {rig.width: {low: 5, high: 9}}}", "s.yaml:2: sample.method"),
         (BASE + "grid: {rig.width: [20]}\nrange:\n  rig.width: {low: 5, high: 9, steps: 2}",
          "s.yaml:4: rig.width: given twice, first at s.yaml:2"),

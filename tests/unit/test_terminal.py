@@ -309,7 +309,7 @@ def test_columns_that_would_be_empty_are_one_line(monkeypatch: pytest.MonkeyPatc
             ["direction", "quantity", "simulated"] if stream.isatty() is False else ["quantity", "simulated"],
             [*(["weft"] if stream.isatty() is False else []), "peak", "force", "[N]", "8300"],
         ]  # fmt: skip
-        assert "no reference: nothing was measured" in stream.getvalue()
+        assert "no reference: there is no measurement" in stream.getvalue()
     out = io.StringIO()
     print_results([weft(quality(("kinetic energy 9 %",)))], out)
     assert out.getvalue().splitlines()[0].split() == ["direction", "quantity", "simulated", "verdict"]

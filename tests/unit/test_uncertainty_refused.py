@@ -30,11 +30,11 @@ def refused(old: str, new: str) -> str:
     ("old", "new", "said"),
     [
         (", reason: glass on carbon as handbooks have it", "", "u.yaml:8: parameters.fabric.contact.friction_coeffic"),
-        ("glass on carbon as handbooks have it", "assumed", "expected what is known of it, and from where"),
+        ("glass on carbon as handbooks have it", "assumed", "expected the knowledge and its origin"),
         ("low: 0.1, high: 0.5", "low: 0.1, high: 2.5", "an end of the prior of fabric.contact.friction_coeff"),
         ("low: 0.1, high: 0.5", "low: 0.1, high: 2.5", "must be at most 2"),
         ("low: 0.1, high: 0.5", "low: 0.5, high: 0.1", "must be greater than low = 0.5"),
-        ("low: 0.1, high: 0.5", "kind: normal, mean: 0.3, sd: 0.1, low: 0", "a prior ends somewhere"),
+        ("low: 0.1, high: 0.5", "kind: normal, mean: 0.3, sd: 0.1, low: 0", "every prior needs bounds"),
         ("low: 0.1, high: 0.5", "kind: log-uniform, low: 0, high: 0.5", "must be greater than 0"),
         ("contact.friction_coefficient", "contact.friction_coeff", 'did you mean "fabric.contact.friction_'),
         ("fabric.contact.friction_coefficient", "solver.speed", "expected a field of the fabric or the rig"),
