@@ -19,10 +19,6 @@ CASES = {
         "tensile", YARN + "bending_stiffness.warp=3268", YARN + "bending_stiffness.warp=3270",
         "fabric.reinforcing.bending_stiffness.warp = 3270: must be at most 3269 N mm2, that of a thin tube",
     ),
-    "yarn of 1e9": (
-        "tensile", YARN + "bending_stiffness.weft=1000", YARN + "bending_stiffness.weft=1e9",
-        "fabric.reinforcing.bending_stiffness.weft = 1000000000.0: implausible, expected 0.0001 to 10000 N mm2",
-    ),
     "loop yarn stiffer than a tube": (
         "tensile", "fabric.knitting={bending_stiffness: 67.4, load_area: 0.03}",
         "fabric.knitting={bending_stiffness: 99, load_area: 0.03}",
@@ -40,16 +36,9 @@ CASES = {
         "tensile", TABLE.format("[[0, 0], [1, 500], [2, 500]]"), TABLE.format("[[0, 0], [1, 0], [2, 500]]"),
         "the first slope must be above 0",
     ),
-    "table of zeros": (
-        "tensile", TABLE.format("[[0, 0], [1, 500]]"), TABLE.format("[[0, 0], [1, 0], [2, 0]]"), "law.points",
-    ),
     "table of huge stresses": (
         "tensile", TABLE.format("[[0, 0], [50, 26000]]"), TABLE.format("[[0, 0], [1, 1e300]]"),
         "law.points = [[0, 0], [1, 1e+300]]: must be at most 100000 MPa",
-    ),
-    "table of huge strains": (
-        "tensile", TABLE.format("[[0, 0], [50, 26000]]"), TABLE.format("[[0, 0], [50.1, 26000]]"),
-        "must be at most 50 %",
     ),
     "table in GPa": (
         "tensile", TABLE.format("[[0, 0], [1, 60]]"), TABLE.format("[[0, 0], [1, 0.5]]"),
@@ -70,10 +59,6 @@ CASES = {
         "picture-frame", "rig.mounting_slack=0", "rig.mounting_slack=5e-4",
         "rig.mounting_slack = 0.0005: implausible, expected 0 or at least 0.01 % (it looks like a fraction: 0.05 %)",
     ),
-    "strain of needles as a fraction": (
-        "biaxial", "rig.max_strain=0.05", "rig.max_strain=0.04",
-        "rig.max_strain = 0.04: implausible, expected 0.05 to 100 % (it looks like a fraction: 4 %)",
-    ),
     "load area ten times too large": (
         "tensile", YARN + "load_area=4", YARN + "load_area=7.84",
         "fabric.reinforcing.load_area = 7.84: 1200 tex on 7.84 mm2 are 0.153 g/cm3, expected 0.3 to 9 g/cm3",
@@ -84,10 +69,6 @@ CASES = {
     ),
     "table too strong at its fracture": (
         "tensile", STEEP.format(1), STEEP.format(2), "the strength per mass is 6.5 N/tex",
-    ),
-    "toe that takes its half off the strength": (
-        "tensile", "fabric.reinforcing={law: {kind: toe, toe_strain: 2}, fracture_strain: 16.4}",
-        "fabric.reinforcing={law: {kind: toe, toe_strain: 2}, fracture_strain: 16.6}", "is 6.04 N/tex",
     ),
     "scatter above the mean": (
         "tensile", "fabric.loop_length={value: 14.4, sd: 14.4, source: user}",
@@ -102,18 +83,16 @@ CASES = {
         "tensile", "fabric.area_mass=469", "fabric.area_mass=467",
         "fabric.area_mass = 467: implausible, expected 467.8 to 1871 g/m2: the yarns make 935.7 g/m2",
     ),
-    "mass above the yarns'": ("tensile", "fabric.area_mass=1870", "fabric.area_mass=1873", "expected 467.8 to 1871"),
     "thinner than its inlays": (
         "tensile", "fabric.thickness=0.75", "fabric.thickness=0.74",
         "fabric.thickness = 0.74: implausible, expected 0.75 to 7.5 mm",
     ),
-    "thicker than its yarns": ("tensile", "fabric.thickness=7.5", "fabric.thickness=7.6", "fabric.thickness = 7.6"),
     "static below kinetic, plates": (
         "friction", "rig.static_coefficient=0.075", "rig.kinetic_coefficient=0.1",
         "rig.static_coefficient: must be at least kinetic_coefficient, 0.1",
     ),
     "static below kinetic, tools": (
-        "forming", "rig.kinetic_coefficient=0.05", "rig.static_coefficient=0.05", "rig.static_coefficient = 0.05: must be at least",
+        "forming", "rig.kinetic_coefficient=0.05", "rig.static_coefficient=0.05", "static_coefficient = 0.05: must",
     ),
     "static below kinetic, yarns": (
         "tensile", "fabric.contact.static_friction_coefficient=0.3", "fabric.contact.static_friction_coefficient=0.29",
@@ -123,21 +102,9 @@ CASES = {
         "tensile", "rig.jaw_length=200", "rig={jaw_length: 60, gauge_length: 50}",
         "rig.jaw_length = 60: must be at most rig.gauge_length, 50 mm",
     ),
-    "jaw shorter than any": (
-        "tensile", "rig.jaw_length=1", "rig.jaw_length=0.01",
-        "rig.jaw_length = 0.01: implausible, expected 1 to 200 mm",
-    ),
-    "strips off their curve": (
-        "tensile", "fabric.macro.poisson=-0.4", "fabric.macro.poisson=-0.9",
-        "fabric.macro.poisson = -0.9: must be at least -0.4",
-    ),
     "sticking yarns creep": (
         "tensile", "fabric.contact.tangential_ratio=0.01", "fabric.contact.tangential_ratio=0.009",
         "fabric.contact.tangential_ratio = 0.009: the sticking stiffness is 9 N/mm",
-    ),
-    "crossings too soft": (
-        "tensile", "fabric.contact.normal_stiffness=100", "fabric.contact.normal_stiffness=99",
-        "fabric.contact.normal_stiffness = 99: implausible, expected 100 to",
     ),
     "nothing can fail": (
         "tensile", "rig.max_strain=1.61", "rig.max_strain=1.6",
@@ -154,12 +121,8 @@ CASES = {
         "forming", "rig.imperfection=1.1", "rig.imperfection=1.11",
         "rig.imperfection = 1.11: must be less than half the fabric thickness, 1.11 mm",
     ),
-    "uneven square": ("picture-frame", "rig.imperfection=1.1", "rig.imperfection=1.2", "rig.imperfection = 1.2: must"),
     "blank shorter than the stamp": (
         "forming", "rig.blank_length=150", "rig.blank_length=149", "rig.blank_length = 149: must be at least",
-    ),
-    "blank narrower than the stamp": (
-        "forming", "rig.blank_width=150", "rig.blank_width=149", "rig.blank_width = 149: must be at least",
     ),
     "blank below the ball": (
         "forming", "rig={stamp: {kind: hemisphere}, blank_width: 100}",
@@ -182,12 +145,6 @@ def test_a_contradiction_is_refused_and_its_neighbour_taken(case):
     with pytest.raises(InputError) as error:
         resolved(kind, refused)
     assert words in str(error.value)
-
-
-def test_the_strain_of_a_cell_is_no_fraction():
-    resolve(variant="1", test="cell", sets=["rig.max_strain=0.05"])
-    with pytest.raises(InputError, match=r"expected 0.05 to 50 % \(it looks like a fraction: 1 %\)"):
-        resolve(variant="1", test="cell", sets=["rig.max_strain=0.01"])
 
 
 def test_yarns_must_be_able_to_break():

@@ -19,24 +19,16 @@ def said(*sets: str, variant: str = "1", scale: str = "meso", **more: str) -> li
     return doubts(resolve(variant=variant, scale=scale, sets=sets, **more))
 
 
-def test_a_slack_that_is_next_to_none_is_named_with_what_to_write():
-    assert said(f"{SLACK}warp=0.003", f"{SLACK}weft=0.0199") == [
-        f"{SLACK}warp = 0.003 % has no effect, expected 0 or at least 0.02 %: if it is a fraction, write 0.3",
-        f"{SLACK}weft = 0.0199 % has no effect, expected 0 or at least 0.02 %: if it is a fraction, write 1.99",
-    ]
-
-
-def test_a_draw_in_that_is_next_to_none_is_named_with_what_to_write():
-    assert said("fabric.knitting.draw_in=0.02") == [
-        "fabric.knitting.draw_in = 0.02 % has no effect, expected 0 or at least 0.1 %: if it is a fraction, write 2"
-    ]
-
-
 @pytest.mark.parametrize(
-    "given", [f"{SLACK}warp=0", f"{SLACK}warp=0.02", "fabric.knitting.draw_in=0", "fabric.knitting.draw_in=0.1"]
+    ("field", "value", "least"),
+    [(f"{SLACK}warp", 0.003, 0.02), (f"{SLACK}weft", 0.0199, 0.02), ("fabric.knitting.draw_in", 0.02, 0.1)],
 )
-def test_a_slack_a_draw_in_or_none_is_not_named(given):
-    assert said(given) == []
+def test_a_slack_or_draw_in_that_is_next_to_none_is_named_with_what_to_write(field, value, least):
+    assert said(f"{field}={value}") == [
+        f"{field} = {value:g} % has no effect, expected 0 or at least {least} %: if it is a fraction, write "
+        f"{100 * value:g}"
+    ]
+    assert said(f"{field}=0") == said(f"{field}={least}") == []
 
 
 def test_shells_have_no_slack_but_a_number_they_do_not_read():
@@ -56,7 +48,7 @@ def test_a_thickness_that_the_yarns_do_not_make_is_named(scale):
     sets = ["fabric.thickness={value: 0.9, source: measured}"]
     assert doubts(resolve(variant="1", scale=scale, sets=sets)) == [
         "fabric.thickness = 0.9 mm (measured), expected 1.75 to 3.5 mm: two inlays and two knitting yarns make 2.5 mm. "
-        "correct it or beam_diameter of the yarns"
+        "Correct it or beam_diameter of the yarns"
     ]
     assert doubts(resolve(variant="1", scale=scale, sets=["fabric.thickness={value: 1.8, source: measured}"])) == []
 

@@ -156,7 +156,7 @@ def test_overlap_without_force_refuses_every_run_of_yarns(share: float, given: s
     found = replace(history(), contacts={where: at(60, share) + at(61, share) + at(80, 50.0)})
     quality = judged(found, run)
     assert quality.force_free_overlap_max == pytest.approx(0.01 * share)
-    assert len(quality.failures) == refused and all("carries no force" in text for text in quality.failures)
+    assert len(quality.failures) == refused and all(text.startswith("force-free yarn overlap") for text in quality.failures)
     assert judged(found, run_of()).failures == ()
 
 
@@ -308,7 +308,7 @@ def test_stricter_limits_and_all_presets_are_no_looser() -> None:
 
 
 def test_no_setting_and_no_config_accepts_limits(tmp_path: Any) -> None:
-    with pytest.raises(InputError, match="accept_limits: use --accept-limits instead"):
+    with pytest.raises(InputError, match="accept_limits cannot be set: use --accept-limits instead"):
         run_of("tensile", "accept_limits=true")
     path = tmp_path / "rig.yaml"
     path.write_text("accept_limits: true\nsolver: {max_kinetic_ratio: 50}\n")

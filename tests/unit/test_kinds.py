@@ -92,12 +92,6 @@ def test_no_literal_outside_the_laboratory_lists_tests():
     assert set(found) == set(ALLOWED)
 
 
-def test_the_search_sees_a_list():
-    known = set(kinds())
-    assert lists_of_tests("A = {'tensile': 1, 'friction': 2, 'forming': 3}", known) == [1]
-    assert lists_of_tests("def f():\n    return ['tensile', 'friction']", known) == []
-
-
 @pytest.mark.parametrize("name", names())
 def test_a_record_names_what_is_there(name):
     kind = kinds()[name]
