@@ -36,14 +36,10 @@ def weakness(folder: Path) -> str:
         last = place == way[-1][0]
         if state.st_uid not in trusted or (last and state.st_uid != os.geteuid()):
             return f"{place} belongs to user {state.st_uid}"
-        if _open_to_others(state) and (last or not state.st_mode & stat.S_ISVTX):
+        is_open = stat.S_ISDIR(state.st_mode) and state.st_mode & OTHERS_WRITE  # the mode of a link has no meaning
+        if is_open and (last or not state.st_mode & stat.S_ISVTX):
             return f"{place} can be written by others (mode {stat.S_IMODE(state.st_mode):o})"
     return ""
-
-
-def _open_to_others(state: os.stat_result) -> bool:
-    """Tell whether another user can make files in a folder; the mode of a link has no meaning."""
-    return stat.S_ISDIR(state.st_mode) and bool(state.st_mode & OTHERS_WRITE)
 
 
 def make_private(folder: Path) -> None:

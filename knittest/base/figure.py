@@ -3,12 +3,12 @@
 import io
 import textwrap
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Bbox
 
 
+T = TypeVar("T")
 #: default, smallest and largest number of pixels per inch
 DPI, LEAST, MOST = 150, 50, 1200
 #: formats of pictures; PNG is always written, because pages show it
@@ -45,13 +46,17 @@ _PRINTING: ContextVar[Printing] = ContextVar("printing", default=Printing())  # 
 
 
 @contextmanager
-def printed(printing: Printing) -> Iterator[None]:
-    """Write all pictures inside the block by ``printing``."""
-    token = _PRINTING.set(printing)
+def _in_context(variable: ContextVar[T], value: T) -> Iterator[None]:
+    token = variable.set(value)
     try:
         yield
     finally:
-        _PRINTING.reset(token)
+        variable.reset(token)
+
+
+def printed(printing: Printing) -> AbstractContextManager[None]:
+    """Write all pictures inside the block by ``printing``."""
+    return _in_context(_PRINTING, printing)
 
 
 def present() -> Printing:
@@ -87,14 +92,9 @@ class Stamp:
 _STAMP: ContextVar[Stamp] = ContextVar("stamp", default=Stamp())  # noqa: B039 - a stamp does not change
 
 
-@contextmanager
-def stamped(stamp: Stamp) -> Iterator[None]:
+def stamped(stamp: Stamp) -> AbstractContextManager[None]:
     """Put ``stamp`` on all pictures that are written inside the block."""
-    token = _STAMP.set(stamp)
-    try:
-        yield
-    finally:
-        _STAMP.reset(token)
+    return _in_context(_STAMP, stamp)
 
 
 def lines_of(stamp: Stamp, width: float) -> list[tuple[str, str]]:

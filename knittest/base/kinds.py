@@ -10,7 +10,7 @@ import importlib.util
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import MappingProxyType
@@ -185,7 +185,13 @@ def kinds() -> Mapping[str, TestKind]:
         if other.value != entry.value:
             offers = f"{_package(other)} and {_package(entry)}"
             raise InputError(f"test {entry.name} is in two packages, {offers}: uninstall one of them")
-    _refuse_missing({entry.value.partition(":")[0] for entry in entries.values()})
+    stated = {entry.value.partition(":")[0] for entry in entries.values()}
+    here = {f"knittest.laboratory.{path.parent.name}.kind" for path in PACKAGE.glob("laboratory/*/kind.py")}
+    if missing := sorted(here - stated):
+        raise InputError(
+            f"tests of knittest are not installed ({', '.join(missing)}): the installation is older than the code, or "
+            f"missing; run: pip install {PACKAGE.parent} (with -e for a checkout)"
+        )
     found = {name: _record(entry) for name, entry in entries.items()}
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].place, item[0]))))
 
@@ -252,16 +258,6 @@ def _package(entry: EntryPoint) -> str:
     return f"{entry.dist.name} {entry.dist.version}"
 
 
-def _refuse_missing(stated: set[str]) -> None:
-    """Raise :class:`InputError` if a folder of the laboratory has a record that no entry point names."""
-    here = {f"knittest.laboratory.{path.parent.name}.kind" for path in PACKAGE.glob("laboratory/*/kind.py")}
-    if missing := sorted(here - stated):
-        raise InputError(
-            f"tests of knittest are not installed ({', '.join(missing)}): the installation is older than the code, or "
-            f"missing; run: pip install {PACKAGE.parent} (with -e for a checkout)"
-        )
-
-
 class Parts(Mapping[str, T]):
     """Lazy mapping from test to the object that ``make`` makes of its record; only tests with a ``part``, if named."""
 
@@ -287,29 +283,28 @@ class Joined(Mapping[str, T]):
     """Joined mappings ``part`` of all records; raises :class:`InputError` if two tests contradict each other."""
 
     def __init__(self, part: str, more: Mapping[str, T] = _NONE) -> None:
-        self._part, self._more, self._all = part, more, dict[str, T]()
+        self._part, self._more = part, more
 
     def __getitem__(self, name: str) -> T:
-        return self._joined()[name]
+        return self._all[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._joined())
+        return iter(self._all)
 
     def __len__(self) -> int:
-        return len(self._joined())
+        return len(self._all)
 
-    def _joined(self) -> dict[str, T]:
-        if not self._all:
-            found = dict(self._more)
-            for kind in kinds().values():
-                for name, value in getattr(kind, self._part).items():
-                    if found.setdefault(name, value) != value:
-                        raise InputError(
-                            f"test {kind.name}: {self._part}: {name} is {found[name]!r} in another test: use the same, "
-                            "or choose another name"
-                        )
-            self._all = found
-        return self._all
+    @cached_property
+    def _all(self) -> dict[str, T]:
+        found = dict(self._more)
+        for kind in kinds().values():
+            for name, value in getattr(kind, self._part).items():
+                if found.setdefault(name, value) != value:
+                    raise InputError(
+                        f"test {kind.name}: {self._part}: {name} is {found[name]!r} in another test: use the same, or "
+                        "choose another name"
+                    )
+        return found
 
 
 def listed(part: str) -> tuple[str, ...]:

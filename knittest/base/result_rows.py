@@ -37,7 +37,7 @@ SIZED: Mapping[str, str] = Joined("sized")
 #: meaning of the kinds of rows
 KINDS = {
     "tuned": "tuned: a model parameter was fitted to or chosen by this value, so the agreement validates nothing",
-    "input": "input: this value, or its origin, was given to the model",
+    "input": "input: the model was given this value, or the data from which it follows",
     "assumed": "assumed: the value depends on assumptions or on data of another fabric, so it validates nothing",
 }
 #: note on assumed inputs of a row
@@ -156,7 +156,7 @@ def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> l
         factors = (compared[quantity].get("factors") or ()) if quantity in compared and not refused else ()
         value, error = of_nominal_size(value, factors), errors[quantity].get("error") if quantity in errors else None
         error = None if error is None else mean_factor(factors) * error
-        tail = _judged(compared.get(quantity), form, plus_minus, _Errors(error, mean_error(value)), refused=refused)
+        tail = _judged(compared.get(quantity), form, plus_minus, error, mean_error(value), refused=refused)
         if quantity in alone and not refused:
             tail = ("-", "-", alone[quantity], NO_REFERENCE)
         if errors and error is None and tail[-1].endswith("1 sd"):
@@ -191,28 +191,15 @@ def _simulated(value: Value, form: str, plus_minus: str, error: float | None = N
     return f"{mean} {plus_minus} {sd} (n {count}){tail}"
 
 
-@dataclass(frozen=True)
-class _Errors:
-    """Errors of a result in its unit: the numerical one, if known, and that of the mean of specimens."""
-
-    numerical: float | None
-    sampling: float
-
-    @property
-    def whole(self) -> float | None:
-        """Sum of both; None without any."""
-        return None if self.numerical is None and self.sampling == 0.0 else (self.numerical or 0.0) + self.sampling
-
-
 def _judged(
-    row: ComparisonRow | None, form: str, plus_minus: str, errors: _Errors, *, refused: bool
+    row: ComparisonRow | None, form: str, plus_minus: str, numerical: float | None, sampling: float, *, refused: bool
 ) -> tuple[str, str, str, str]:
-    """Experiment, deviation, kind and verdict of a row."""
+    """Experiment, deviation, kind and verdict of a row, with its ``numerical`` and ``sampling`` error in its unit."""
     if refused:
         return "-", "-", "-", "refused"
     if row is None:
         return "-", "-", "-", NO_REFERENCE
-    error = errors.whole
+    error = None if numerical is None and sampling == 0.0 else (numerical or 0.0) + sampling
     mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
     scaled = f" ({row['scaled']})" if row.get("scaled") else ""
     if row.get("given"):
@@ -224,7 +211,7 @@ def _judged(
     tail = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
     # the error of an input does not matter
     verdict = verdict_of(deviation, 0.0 if row["kind"] == "input" else share)
-    if verdict == UNRESOLVED and verdict_of(deviation, (errors.numerical or 0.0) / row["experiment_sd"]) != UNRESOLVED:
+    if verdict == UNRESOLVED and verdict_of(deviation, (numerical or 0.0) / row["experiment_sd"]) != UNRESOLVED:
         verdict = FEW
     return _experiment(row, form, plus_minus) + scaled, f"{deviation:+.2f}{tail} sd", row["kind"], verdict
 

@@ -66,7 +66,7 @@ _reading = add_options(
     click.option(
         "--faces", type=click.IntRange(1, 2), help="Strip faces in contact; default 2, between plates (friction)."
     ),
-    _choice("--decimal", [",", "."], "Decimal mark, if the file leaves it open."),
+    _choice("--decimal", [",", "."], "Decimal mark, if it cannot be detected."),
     click.option("--delimiter", help="Delimiter, if not ';', tab, ',' or blanks."),
     click.option("--columns", help="Meaning of each column in order, such as time,travel,force; - for none."),
     click.option(

@@ -122,7 +122,8 @@ def main(arguments: list[str] | None = None) -> None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115 - to the end
     stops = UntilSaved()
     stops.install()
-    sys.unraisablehook = _report_unraisable
+    report = sys.__unraisablehook__  # but not a signal in a library's callback, which is noted already
+    sys.unraisablehook = lambda lost: None if isinstance(lost.exc_value, KeyboardInterrupt) else report(lost)
     for library in ("OPENBLAS", "MKL"):  # small systems: threads only wait for each other, long on a busy machine
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     try:
@@ -137,12 +138,6 @@ def main(arguments: list[str] | None = None) -> None:
             sys.stderr.flush()
         os._exit(code)
     sys.exit(code)
-
-
-def _report_unraisable(failure: "sys.UnraisableHookArgs") -> None:
-    """Show an error that cannot be raised, except a signal in a library's callback: that one is noted already."""
-    if not isinstance(failure.exc_value, KeyboardInterrupt):
-        sys.__unraisablehook__(failure)
 
 
 def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> int:

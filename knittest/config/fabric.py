@@ -232,7 +232,7 @@ def _check_loop(fabric: Fabric) -> None:
     if fabric.loop_length.value > LOOP_LENGTH * (shortest + around):
         raise BoundsError(
             f"implausible at these densities and diameters, expected at most {LOOP_LENGTH * (shortest + around):.3g} "
-            "mm: correct it, warp_density or weft_density",
+            "mm: correct loop_length, warp_density or weft_density",
             "loop_length",
         )
 
@@ -242,8 +242,8 @@ def _check_area_mass(fabric: Fabric) -> None:
     if (yarns := yarn_area_mass(fabric)) is not None and not makes_mass(fabric, fabric.area_mass.value):
         low, high = (share * yarns for share in AREA_MASS)
         raise BoundsError(
-            f"implausible, expected {low:.4g} to {high:.4g} g/m2: the yarns make {yarns:.4g} g/m2. Correct it, "
-            "densities, linear densities or loop_length (macro scale: leave out loop_length, reinforcing, knitting, "
+            f"implausible, expected {low:.4g} to {high:.4g} g/m2: the yarns make {yarns:.4g} g/m2. Correct "
+            "area_mass, densities, linear densities or loop_length (macro scale: leave out loop_length, reinforcing, knitting, "
             "contact)",
             "area_mass",
         )

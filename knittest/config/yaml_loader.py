@@ -4,6 +4,7 @@ It reads the events of PyYAML's SafeLoader and checks each before anything is co
 anchors, aliases, merge keys, tags, several documents, deep nesting, huge files and non-finite numbers.
 """
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -36,32 +37,21 @@ def read_plain(text: str) -> Scalar:
     """Value of a plain scalar; raises ``ValueError`` for an unusable number (infinite, nan, huge)."""
     if NON_FINITE.match(text):
         raise ValueError("expected a finite number")
-    for tag, (pattern, _) in CORE_SCHEMA.items():
-        if pattern.match(text):
-            return _READ[tag](text)
+    tag = next((tag for tag, (pattern, _) in CORE_SCHEMA.items() if pattern.match(text)), "")
+    match tag.rpartition(":")[2]:
+        case "null":
+            return None
+        case "bool":
+            return text.lower() == "true"
+        case "int":
+            if len(text.lstrip("+-")) > INTEGER_DIGITS:
+                raise ValueError(f"expected an integer of at most {INTEGER_DIGITS} digits")
+            return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
+        case "float":
+            if math.isinf(number := float(text)):
+                raise ValueError("expected a number below 1.8e308")
+            return number
     return text
-
-
-def _integer(text: str) -> int:
-    if len(text.lstrip("+-")) > INTEGER_DIGITS:
-        raise ValueError(f"expected an integer of at most {INTEGER_DIGITS} digits")
-    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
-    return int(text, base)
-
-
-def _float(text: str) -> float:
-    number = float(text)
-    if number in (float("inf"), float("-inf")):
-        raise ValueError("expected a number below 1.8e308")
-    return number
-
-
-_READ = {
-    "tag:yaml.org,2002:null": lambda text: None,
-    "tag:yaml.org,2002:bool": lambda text: text.lower() == "true",
-    "tag:yaml.org,2002:int": _integer,
-    "tag:yaml.org,2002:float": _float,
-}
 
 
 MAX_BYTES = 1_000_000
@@ -88,12 +78,12 @@ class Document:
 
 def load_yaml(path: Path) -> Document:
     """Read a config file; raises :class:`InputError` with file and line unless it is one plain mapping."""
-    return _parsed(_read_text(path), str(path))
-
-
-@lru_cache(maxsize=16)  # a sweep reads the same fabric for each of its runs; nobody changes the result
-def _parsed(text: str, source: str) -> Document:
-    return parse_document(text, source)
+    raw = read_regular(path, MAX_BYTES, "not a config file")
+    try:
+        return _parsed(raw.decode("utf-8"), str(path))
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}:{line}: not UTF-8 text (byte {error.start}): save the file as UTF-8") from None
 
 
 def parse_document(text: str, source: str) -> Document:
@@ -105,6 +95,9 @@ def parse_document(text: str, source: str) -> Document:
     if not isinstance(data, dict):
         raise InputError(f"{source}:1: expected a mapping of fields (name: value), found {describe(data)}")
     return Document(source, data, builder.lines)
+
+
+_parsed = lru_cache(maxsize=16)(parse_document)  # a sweep reads the same fabric for each run; nobody changes it
 
 
 def parse_value(text: str, source: str) -> Any:
@@ -129,15 +122,6 @@ def shown(value: object, limit: int = 60) -> str:
         return {None: "null", True: "true", False: "false"}[value]
     text = ascii(value) if isinstance(value, str) and not value.isprintable() else repr(value)
     return text if len(text) <= limit else f"{text[: limit - 3]}..."
-
-
-def _read_text(path: Path) -> str:
-    raw = read_regular(path, MAX_BYTES, "not a config file")
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}:{line}: not UTF-8 text (byte {error.start}): save the file as UTF-8") from None
 
 
 class _Builder:

@@ -227,27 +227,27 @@ def _check_per_mass(yarn: Yarn) -> None:
     if tex < 1e3 * LOOSEST * area or tex > 1e3 * DENSEST * area:
         raise BoundsError(
             f"{tex:g} tex on {area:g} mm2 are {1e-3 * tex / area:.3g} g/cm3, expected {LOOSEST:g} to {DENSEST:g} g/cm3 "
-            f"({1e-3 * tex / DENSEST:.3g} to {1e-3 * tex / LOOSEST:.3g} mm2): correct it or linear_density",
+            f"({1e-3 * tex / DENSEST:.3g} to {1e-3 * tex / LOOSEST:.3g} mm2): correct load_area or linear_density",
             "load_area",
         )
     if stiffness > STIFFEST * tex:
         raise BoundsError(
             f"the stiffness per mass is {stiffness / tex:.3g} N/tex, expected at most {STIFFEST:g} N/tex as of the "
-            "stiffest fibres: correct it, load_area or linear_density",
+            "stiffest fibres: correct youngs_modulus, load_area or linear_density",
             "youngs_modulus",
         )
     if strength > TENACITY * tex:
         raise BoundsError(
             f"the strength per mass is {strength / tex:.3g} N/tex ({strength:.4g} N), expected at most {TENACITY:g} "
-            "N/tex as of the strongest fibres: correct it, youngs_modulus, load_area or linear_density",
+            "N/tex as of the strongest fibres: correct fracture_strain, youngs_modulus, load_area or linear_density",
             "fracture_strain",
         )
     if blend is None:
         return
     if area > LOADED * 1e-3 * tex / blend.density:
         raise BoundsError(
-            f"exceeds the fibre area of {tex:g} tex {blend.name}, {1e-3 * tex / blend.density:.3g} mm2: correct it, "
-            "linear_density or fibre",
+            f"exceeds the fibre area of {tex:g} tex {blend.name}, {1e-3 * tex / blend.density:.3g} mm2: correct "
+            "load_area, linear_density or fibre",
             "load_area",
         )
     for field, name, found, most, (least, largest) in (
@@ -257,7 +257,7 @@ def _check_per_mass(yarn: Yarn) -> None:
         if not least * most <= found <= largest * most:
             raise BoundsError(
                 f"the {name} per mass is {found:.3g} N/tex, expected {least * most:.3g} to {largest * most:.3g} N/tex "
-                f"for {blend.name} (fibre {most:.3g} N/tex): correct it, load_area, linear_density or fibre",
+                f"for {blend.name} (fibre {most:.3g} N/tex): correct {field}, load_area, linear_density or fibre",
                 field,
             )
 
@@ -281,21 +281,22 @@ def _check_packing(yarn: Yarn) -> None:
     if packing < low:
         raise BoundsError(
             f"the fibres of {tex:g} tex fill {100 * packing:.2g} % of the circle, expected at least {100 * low:g} % "
-            f"(at most {diameter * math.sqrt(packing / low):.3g} mm): correct it, linear_density or load_area",
+            f"(at most {diameter * math.sqrt(packing / low):.3g} mm): correct beam_diameter, linear_density or "
+            "load_area",
             "beam_diameter",
         )
     if yarn.blend is not None and packing > high * LOADED:
         raise BoundsError(
             f"the fibres of {tex:g} tex {yarn.blend.name} fill {100 * packing:.3g} % of the circle, expected at most "
-            f"{100 * high:.3g} % (at least {diameter * math.sqrt(packing / high):.3g} mm): correct it or linear_density"
-            "",
+            f"{100 * high:.3g} % (at least {diameter * math.sqrt(packing / high):.3g} mm): correct beam_diameter or "
+            "linear_density",
             "beam_diameter",
         )
     dense = 4e-3 * tex / (math.pi * diameter**2)
     if dense > DENSEST:
         raise BoundsError(
             f"{tex:g} tex in the circle are {dense:.3g} g/cm3, expected at most {DENSEST:g} g/cm3 (at least "
-            f"{diameter * math.sqrt(dense / DENSEST):.3g} mm): correct it or linear_density",
+            f"{diameter * math.sqrt(dense / DENSEST):.3g} mm): correct beam_diameter or linear_density",
             "beam_diameter",
         )
 

@@ -48,7 +48,7 @@ def test_a_thickness_that_the_yarns_do_not_make_is_named(scale):
     sets = ["fabric.thickness={value: 0.9, source: measured}"]
     assert doubts(resolve(variant="1", scale=scale, sets=sets)) == [
         "fabric.thickness = 0.9 mm (measured), expected 1.75 to 3.5 mm: two inlays and two knitting yarns make 2.5 mm. "
-        "Correct it or beam_diameter of the yarns"
+        "Correct thickness or beam_diameter of the yarns"
     ]
     assert doubts(resolve(variant="1", scale=scale, sets=["fabric.thickness={value: 1.8, source: measured}"])) == []
 

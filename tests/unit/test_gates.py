@@ -156,7 +156,9 @@ def test_overlap_without_force_refuses_every_run_of_yarns(share: float, given: s
     found = replace(history(), contacts={where: at(60, share) + at(61, share) + at(80, 50.0)})
     quality = judged(found, run)
     assert quality.force_free_overlap_max == pytest.approx(0.01 * share)
-    assert len(quality.failures) == refused and all(text.startswith("force-free yarn overlap") for text in quality.failures)
+    assert len(quality.failures) == refused and all(
+        text.startswith("force-free yarn overlap") for text in quality.failures
+    )
     assert judged(found, run_of()).failures == ()
 
 

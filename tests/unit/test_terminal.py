@@ -249,7 +249,7 @@ def test_state_of_rest_of_yarns_is_one_line_under_the_table() -> None:
     out = io.StringIO()
     print_results([weft(rest=rest), weft()], out)
     (line,) = [line for line in out.getvalue().splitlines() if "at rest" in line]
-    assert line == "yarns at rest, weft: loops 0.2 N, 2.20 mm thick, out of balance 0.5 %"
+    assert line == "yarns at rest, weft: thickness 2.20 mm, loop tension 0.2 N"
     assert len(line) <= 80
 
 
