@@ -213,10 +213,7 @@ class Runs(Sequence[Run]):
 
 
 def load(folder: PathLike[str] | str) -> Run | Runs:
-    """Load a run folder, or the folder of both directions.
-
-    Raises :class:`InputError` if there is none, or if a planned direction has not begun.
-    """
+    """Load a run folder, or the folder of both directions; raises :class:`InputError` for another folder."""
     path = Path(folder)
     if (path / "manifest.json").is_file():
         return Run(path)

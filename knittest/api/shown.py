@@ -24,10 +24,7 @@ class Shown:
 
 
 def show_views(folders: Sequence[Path]) -> Shown | None:
-    """Write the 3D views of the run ``folders``: return an object that a notebook displays, or open the browser.
-
-    Raises :class:`InputError` for a run without frames.
-    """
+    """Write the 3D views of run ``folders`` for a notebook, else open the browser; raises :class:`InputError`."""
     from knittest.report_page.moving.page import view
 
     pages = [view(folder) for folder in folders]

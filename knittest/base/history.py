@@ -294,9 +294,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Specimen:
-    """Outcome of one specimen; ``facts`` are numbers of its model for pictures, ``rest`` those of the initial
-    equilibrium of its yarns (:func:`rest_numbers`), empty for shells.
-    """
+    """Outcome of one specimen; ``facts`` are for pictures, ``rest`` is its initial equilibrium (empty for shells)."""
 
     history: History
     results: dict[str, float]
@@ -322,9 +320,7 @@ def judged_rows(history: History, *, to_failure: bool = True, reported_from: flo
 
 
 def peaks_beyond(histories: Sequence[History], coordinate: str, peaks: Sequence[float]) -> Unjudged | None:
-    """Specimens whose largest force, at ``peaks`` of the ``coordinate`` [%] of their curves, follows the first failure;
-    None if there is none.
-    """
+    """Specimens whose peak force, at ``peaks`` [%] of ``coordinate``, follows the first failure; None without any."""
     failures = [
         np.interp(h.energies["time_ms"][h.first_failure], h.curve["time_ms"], h.curve[coordinate])
         if h.first_failure is not None else math.inf

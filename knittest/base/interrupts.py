@@ -17,10 +17,7 @@ STOPPING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGINT", "SIGUSR
 
 
 class Interrupted(KeyboardInterrupt):
-    """Stop by a signal; the message says how to resume. No ``Exception``, so that no library swallows it.
-
-    ``folder`` is that of the run, once there is one.
-    """
+    """Stop by a signal, no ``Exception`` that a library may swallow; ``folder`` is that of the run, if there is one."""
 
     folder: Path | None = None
 

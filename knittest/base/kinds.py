@@ -175,10 +175,7 @@ class TestKind:
 
 @cache
 def kinds() -> Mapping[str, TestKind]:
-    """Records of all installed tests by name, in their order.
-
-    Raises :class:`InputError` if one cannot be loaded, two have one name, or a test of knittest is not installed.
-    """
+    """Records of all installed tests by name; raises :class:`InputError` for a broken, missing or duplicate one."""
     entries: dict[str, EntryPoint] = {}
     for entry in _entries():
         other = entries.setdefault(entry.name, entry)

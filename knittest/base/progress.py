@@ -185,10 +185,7 @@ class _Bar(Display):
 
 
 def fitted(text: str, status: Status, width: int) -> tuple[str, int, str]:
-    """Name of a phase, columns of its bar and text of its ``status`` for a line of ``width`` columns.
-
-    A narrow line shortens the bar first, then the status, then the name.
-    """
+    """Name, bar columns and status of a phase within ``width``; a narrow line shortens bar, status, then name."""
     room = width - SHARE - len(text)
     shown = status.fitting(room - SHORTEST)
     bar = max(SHORTEST, min(LONGEST, room - len(shown)))

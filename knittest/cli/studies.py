@@ -10,20 +10,7 @@ from typing import Any
 import click
 
 from knittest.base.kinds import names
-from knittest.cli.options import (
-    ACCEPT_LIMITS,
-    FABRIC,
-    JSON,
-    PARAMETERS,
-    PATH,
-    PRESET,
-    QUIET,
-    SEED,
-    THREADS,
-    VARIANT,
-    WORKERS,
-    add_options,
-)
+from knittest.cli import options as opt
 
 
 class _Shard(click.ParamType):
@@ -41,9 +28,9 @@ class _Shard(click.ParamType):
 
 
 @click.command()
-@click.argument("sweep", type=PATH)
-@click.option("--out", type=PATH, help="Folder of the batch.  [default: runs/batch-<sweep>]")
-@add_options(WORKERS, THREADS)
+@click.argument("sweep", type=opt.PATH)
+@click.option("--out", type=opt.PATH, help="Folder of the batch.  [default: runs/batch-<sweep>]")
+@opt.add_options(opt.WORKERS, opt.THREADS)
 @click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster with this scheduler: tcp://host:8786.")
 @click.option("--shard", type=_Shard(), help="Run only share I of N, as in a job array.")
 @click.option(
@@ -53,7 +40,7 @@ class _Shard(click.ParamType):
 )  # fmt: skip
 @click.option("--yes", is_flag=True, help="Do not ask before more than 10,000 runs.")
 @click.option("--parquet", is_flag=True, help="Also write results.parquet (needs pyarrow).")
-@add_options(ACCEPT_LIMITS, QUIET)
+@opt.add_options(opt.ACCEPT_LIMITS, opt.QUIET)
 def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
     """Run a parameter sweep: grids, ranges and samples of any field, on this machine or a cluster.
 
@@ -74,11 +61,11 @@ def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
 
 
 @click.command()
-@click.argument("calibration", type=PATH)
-@click.option("--out", type=PATH, help="Folder.  [default: runs/calibrate-<calibration>]")
-@add_options(WORKERS, THREADS)
+@click.argument("calibration", type=opt.PATH)
+@click.option("--out", type=opt.PATH, help="Folder.  [default: runs/calibrate-<calibration>]")
+@opt.add_options(opt.WORKERS, opt.THREADS)
 @click.option("--storage", metavar="URL", help="Database of method optuna.  [default: SQLite in the folder]")
-@add_options(ACCEPT_LIMITS, QUIET)
+@opt.add_options(opt.ACCEPT_LIMITS, opt.QUIET)
 def calibrate(calibration: Path, **chosen: Any) -> int:
     """Fit parameters of a fabric or a rig to measured results.
 
@@ -92,12 +79,12 @@ def calibrate(calibration: Path, **chosen: Any) -> int:
 
 
 @click.command()
-@click.argument("study", type=PATH)
-@click.option("--out", type=PATH, help="Folder.  [default: runs/uncertainty-<study>]")
+@click.argument("study", type=opt.PATH)
+@click.option("--out", type=opt.PATH, help="Folder.  [default: runs/uncertainty-<study>]")
 @click.option(
     "--workers", type=click.IntRange(1), help="Parallel processes, one thread each.  [default: the file's; cores]"
 )
-@add_options(ACCEPT_LIMITS, QUIET)
+@opt.add_options(opt.ACCEPT_LIMITS, opt.QUIET)
 def uncertainty(study: Path, **chosen: Any) -> int:
     """Propagate the uncertainty of assumed parameters: bands of the results and sensitivity indices.
 
@@ -115,23 +102,23 @@ NAMES = {"sets": "set", "source": "from"}
 
 
 @click.command()
-@add_options(VARIANT, FABRIC, PARAMETERS, PRESET)
+@opt.add_options(opt.VARIANT, opt.FABRIC, opt.PARAMETERS, opt.PRESET)
 @click.option(
     "--from", "source", type=click.Choice(["tests", "cell"]), default="tests", show_default=True,
     help="Meso simulations: virtual tests of specimens, or load paths of one periodic cell.",
 )  # fmt: skip
-@SEED
+@opt.SEED
 @click.option(
     "--set", "sets", multiple=True, metavar="[TEST.]KEY=VALUE",
     help="Change any field of all meso tests, or of one test: picture-frame.rig.side=40.",
 )  # fmt: skip
-@ACCEPT_LIMITS
-@click.option("--out", type=PATH, help="Folder.  [default: runs/homogenise-<fabric>-...]")
-@add_options(WORKERS, THREADS)
+@opt.ACCEPT_LIMITS
+@click.option("--out", type=opt.PATH, help="Folder.  [default: runs/homogenise-<fabric>-...]")
+@opt.add_options(opt.WORKERS, opt.THREADS)
 @click.option(
     "--time-limit", type=click.FloatRange(1.0), default=7200.0, show_default=True, help="Time limit of a test [s]."
 )
-@add_options(JSON, QUIET)
+@opt.add_options(opt.JSON, opt.QUIET)
 def homogenise(
     out: Path | None,
     workers: int | None,
@@ -181,7 +168,7 @@ def homogenise(
     show_default=True,
     help="Largest deviation of predicted and tuned rows, in standard deviations of the experiment.",
 )
-@click.option("--baseline", type=PATH, help="Stored results of an earlier version.  [default: the shipped ones]")
+@click.option("--baseline", type=opt.PATH, help="Stored results of an earlier version.  [default: the shipped ones]")
 @click.option("--update-baseline", "update", is_flag=True, help="Store the results of these runs in the baseline.")
 @click.option(
     "--accept-wider",
@@ -189,15 +176,15 @@ def homogenise(
     metavar="RUN",
     help="With --update-baseline: store this run although its limits grow by more than 30 %, or a number is missing.",
 )
-@click.option("--out", type=PATH, default=Path("runs/regress"), show_default=True)
-@click.option("--junit", type=PATH, metavar="FILE", help="Write JUnit XML for a CI server.")
+@click.option("--out", type=opt.PATH, default=Path("runs/regress"), show_default=True)
+@click.option("--junit", type=opt.PATH, metavar="FILE", help="Write JUnit XML for a CI server.")
 @click.option(
     "--workers", type=click.IntRange(1), help="Parallel processes.  [default: cores / threads; with --table 4: 2]"
 )
 @click.option(
     "--threads", type=click.IntRange(1), help="Threads per process.  [default: cores / workers; with --table 4: 1]"
 )
-@add_options(JSON, QUIET)
+@opt.add_options(opt.JSON, opt.QUIET)
 def regress(table: str | None, as_json: bool, **chosen: Any) -> int:
     """Regression test for CI: compare with Table 3 of the paper and with a stored baseline; exit code 5 if it fails.
 
@@ -213,7 +200,7 @@ def regress(table: str | None, as_json: bool, **chosen: Any) -> int:
 
 @click.command("speed-study")
 @click.option("--variant", metavar="NAME", help="Shipped fabric or the name of configs/NAME.yaml.  [default: 1]")
-@FABRIC
+@opt.FABRIC
 @click.option(
     "--test", "tests", multiple=True, type=click.Choice(names("studied")),
     help="Only this test; repeatable.  [default: all]",
@@ -223,9 +210,9 @@ def regress(table: str | None, as_json: bool, **chosen: Any) -> int:
     help="macro: shell elements; meso: beam elements.",
 )  # fmt: skip
 @click.option("--direction", type=click.Choice(["warp", "weft"]), default="warp", show_default=True)
-@PRESET
-@click.option("--out", type=PATH, default=Path("runs/speed-study"), show_default=True)
-@add_options(WORKERS, THREADS, QUIET)
+@opt.PRESET
+@click.option("--out", type=opt.PATH, default=Path("runs/speed-study"), show_default=True)
+@opt.add_options(opt.WORKERS, opt.THREADS, opt.QUIET)
 def speed_study(variant: str | None, fabric: Path | None, tests: tuple[str, ...], scale: str, **chosen: Any) -> int:
     """Run each test at its speed and at half of it, and write how much every result changes.
 

@@ -6,25 +6,13 @@ from typing import Any
 import click
 
 from knittest.base.kinds import DEFAULT, TestKind, kinds, names
-from knittest.cli.options import (
-    ACCEPT_LIMITS,
-    FOLDER,
-    JSON,
-    PATH,
-    add_options,
-    describes_run,
-    own_options,
-    own_settings,
-    printing_asked,
-    reports,
-    resolve_runs,
-)
+from knittest.cli import options as opt
 
 _DIRECTION = click.option("--direction", type=click.Choice(["warp", "weft", "both"]), help="[default: both]")
 _FORCED = "continue although config, version or processor changed."
 _FOLDER = (
-    click.option("--out", type=PATH, help="Run folder.  [default: runs/<name>-<time>]"),
-    click.option("--resume", type=PATH, metavar="DIR", help="Resume the run in DIR."),
+    click.option("--out", type=opt.PATH, help="Run folder.  [default: runs/<name>-<time>]"),
+    click.option("--resume", type=opt.PATH, metavar="DIR", help="Resume the run in DIR."),
     click.option("--force", is_flag=True, help=f"With --resume: {_FORCED}"),
     click.option(
         "--verify", is_flag=True,
@@ -34,12 +22,12 @@ _FOLDER = (
 
 
 def _run_options(chosen: dict[str, Any], out: Path | None = None) -> Any:
-    """Take the options of :data:`reports` out of ``chosen``."""
+    """Take the options of :data:`opt.reports` out of ``chosen``."""
     from knittest.runs.options import RunOptions
 
     frames, pictures = (not chosen.pop(f"no_{what}") for what in ("frames", "pictures"))
     kept = {name: chosen.pop(name) for name in ("threads", "quiet", "details", "against", "open_page")}
-    printing = printing_asked(chosen.pop("formats"), chosen.pop("dpi"), not pictures, kept["open_page"])
+    printing = opt.printing_asked(chosen.pop("formats"), chosen.pop("dpi"), not pictures, kept["open_page"])
     return RunOptions(out, json=chosen.pop("as_json"), frames=frames, pictures=pictures, printing=printing, **kept)
 
 
@@ -49,7 +37,7 @@ def test_command(kind: TestKind) -> click.Command:
     def command(
         out: Path | None, resume: Path | None, force: bool, verify: bool, direction: str | None = None, **chosen: Any
     ) -> int:
-        chosen["sets"] = (*chosen["sets"], *own_settings(kind, chosen))
+        chosen["sets"] = (*chosen["sets"], *opt.own_settings(kind, chosen))
         options = _run_options(chosen, out)
         if resume is not None:
             if direction or out or verify or any(chosen.values()):
@@ -60,21 +48,23 @@ def test_command(kind: TestKind) -> click.Command:
         if force:
             raise click.UsageError("--force needs --resume")
         chosen["sets"] = (*chosen["sets"], *(["output.verify=true"] if verify else []))
-        runs = resolve_runs(kind.name, direction, chosen)
+        runs = opt.resolve_runs(kind.name, direction, chosen)
         from knittest.studies.command import run_command
 
         return run_command(runs, options)
 
     command.__doc__ = kind.usage
     direction = [_DIRECTION] if kind.directional else []
-    add = add_options(describes_run, *direction, *_FOLDER, ACCEPT_LIMITS, own_options(kind), reports)
+    add = opt.add_options(
+        opt.describes_run, *direction, *_FOLDER, opt.ACCEPT_LIMITS, opt.own_options(kind), opt.reports
+    )
     return click.command(name=kind.name)(add(command))
 
 
 @click.command()
-@click.argument("run", type=PATH)
+@click.argument("run", type=opt.PATH)
 @click.option("--force", is_flag=True, help=_FORCED.capitalize())
-@reports
+@opt.reports
 def resume(run: Path, force: bool, **chosen: Any) -> int:
     """Resume a run that was interrupted, killed or ran out of disk; its results stay bitwise identical.
 
@@ -88,17 +78,17 @@ def resume(run: Path, force: bool, **chosen: Any) -> int:
 
 
 @click.command()
-@describes_run
+@opt.describes_run
 @click.argument("test", type=click.Choice(names()), default=DEFAULT)
 @_DIRECTION
-@own_options(*kinds().values())
+@opt.own_options(*kinds().values())
 @click.option("--convergence", is_flag=True, help="Run the test at its speed and at half of it, and compare.")
 @click.option("--no-time", is_flag=True, help="Skip the time estimate, which compiles kernels and runs some steps.")
 @click.option("--threads", type=click.IntRange(1), help="Number of threads.  [default: all cores]")
 @click.option(
-    "--out", type=FOLDER, default=Path("check"), help="Folder for the picture of forming tools.  [default: check]"
+    "--out", type=opt.FOLDER, default=Path("check"), help="Folder for the picture of forming tools.  [default: check]"
 )
-@JSON
+@opt.JSON
 def check(
     test: str,
     direction: str | None,
@@ -118,12 +108,12 @@ def check(
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """  # fmt: skip
-    chosen["sets"] = (*chosen["sets"], *own_settings(kinds()[test], chosen))
+    chosen["sets"] = (*chosen["sets"], *opt.own_settings(kinds()[test], chosen))
     from knittest.laboratory.report_base import completed
     from knittest.runs.preflight.command import CheckOptions, check_command
     from knittest.studies.homogenise.yarn_card import paths_to_run, with_cards
 
-    runs = completed(resolve_runs(test, direction, chosen))
+    runs = completed(opt.resolve_runs(test, direction, chosen))
     options = CheckOptions(threads, as_json, not no_time, convergence, out)
     cells = paths_to_run(runs[0])
     return check_command(runs if cells else with_cards(runs), options, cells)

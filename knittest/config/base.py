@@ -52,10 +52,7 @@ class Kernel(Generic[T]):
 
 
 def check_names(model: type[BaseModel]) -> None:
-    """Raise ``TypeError`` unless each :class:`Kernel` of ``model`` is named after its field and unit.
-
-    ``gauge_length`` in mm is ``gauge_length_mm``: the name tells the unit.
-    """
+    """Raise ``TypeError`` unless each :class:`Kernel` is named after its field and unit: ``gauge_length_mm``."""
     for name, attribute in vars(model).items():
         if not isinstance(attribute, Kernel):
             continue
@@ -249,9 +246,7 @@ def _check_scatter(quantity: Quantity, part: str) -> None:
 
 
 def measure(unit: str, description: str, **meta: Any) -> Any:
-    """Field of a required :class:`Quantity` in ``unit``; ``meta``: gt, ge, le, band, and with le also ``least``, the
-    smallest number except 0.
-    """
+    """Field of a required :class:`Quantity` in ``unit``; ``meta``: gt, ge, le, band, least (smallest except 0)."""
     return Field(description=description, json_schema_extra={"unit": unit, **meta})
 
 

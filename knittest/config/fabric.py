@@ -242,9 +242,8 @@ def _check_area_mass(fabric: Fabric) -> None:
     if (yarns := yarn_area_mass(fabric)) is not None and not makes_mass(fabric, fabric.area_mass.value):
         low, high = (share * yarns for share in AREA_MASS)
         raise BoundsError(
-            f"implausible, expected {low:.4g} to {high:.4g} g/m2: the yarns make {yarns:.4g} g/m2. Correct "
-            "area_mass, densities, linear densities or loop_length (macro scale: leave out loop_length, reinforcing, knitting, "
-            "contact)",
+            f"implausible, expected {low:.4g} to {high:.4g} g/m2: the yarns make {yarns:.4g} g/m2. Correct area_mass, "
+            "densities, linear densities or loop_length (not needed at the macro scale: loop_length, yarns, contact)",
             "area_mass",
         )
 

@@ -39,10 +39,7 @@ class Loosened:
 
 
 def loosened(run: Run) -> list[Loosened]:
-    """Limits of ``run`` that are looser than its preset's.
-
-    The reference is the table of presets with the defaults of the models, which no config can change.
-    """
+    """Limits of ``run`` looser than those of presets and model defaults, which no config can change."""
     limits = {("solver", name): 1 for name in Solver.model_fields if name.startswith("max_")}
     rig = {("rig", name): sign for name, sign in kinds()[run.rig.kind].hinges.items()}
     settings = preset_settings(run.rig.kind, run.model.preset, run.model.scale)

@@ -182,10 +182,7 @@ class LateralCompaction(Strict):
 
 
 class Patch(Strict):
-    """Contact patch of crossing yarns with resistance to spin, up to 2/3 x friction x force x radius.
-
-    The radius is given, or follows from force and lateral compaction of the yarns.
-    """
+    """Contact patch of crossing yarns with resistance to spin, up to 2/3 x friction x force x radius."""
 
     radius: PatchRadius | None = Field(None, description="constant radii")
     compaction: LateralCompaction | None = Field(

@@ -19,10 +19,7 @@ _NUMBER_TYPES = ("float_type", "float_parsing", "int_type", "int_parsing", "int_
 
 
 def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | None = None) -> InputError:
-    """Make one :class:`InputError` that lists all findings of ``error`` with their places.
-
-    ``root`` is the model of a file that is not a run.
-    """
+    """Make one :class:`InputError` of all findings of ``error``; ``root`` is the model of a file that is not a run."""
     kind = root or layers.get(("rig", "kind"))
     found = error.errors(include_url=False)
     bad_keys = {item["loc"][:-1] for item in found if item["loc"][-1:] == ("[key]",)}

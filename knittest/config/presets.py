@@ -26,10 +26,7 @@ def default_scale(kind: str) -> Scale:
 
 
 def preset_settings(kind: str, preset: Preset, scale: Scale, stated: Stated = lambda field: None) -> dict[str, Any]:
-    """Nested run settings of ``preset`` for a test of ``kind``; files and options override them.
-
-    ``stated`` returns the value of a rig field that a file or an option gives.
-    """
+    """Nested run settings of ``preset`` for a test of ``kind``; ``stated`` returns a rig field of files and options."""
     model = {
         "preset": preset,
         "scale": scale,

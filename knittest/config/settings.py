@@ -92,10 +92,7 @@ def parse_set(text: str) -> Setting:
 
 
 def lay_setting(layers: Layers, setting: Setting) -> None:
-    """Lay one setting over ``layers``; a number set so becomes ``source: user`` and keeps its scatter.
-
-    A null instead of a number removes the whole quantity.
-    """
+    """Lay one setting over ``layers``: a number becomes ``source: user`` with its old sd, null removes a quantity."""
     path, value = setting.path, setting.value
     kind = layers.get(("rig", "kind"))
     field = place(path, kind)

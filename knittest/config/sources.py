@@ -97,10 +97,7 @@ def _is_fabric(path: Path) -> bool:
 
 
 def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
-    """Lay the fabric with its parameter set ``wanted`` (default ``calibrated``); return the name of the set.
-
-    The set of a fabric without sets is called ``base``, or as the resolved run around it says.
-    """
+    """Lay the fabric with its parameter set ``wanted`` (default ``calibrated``); return the name of the set."""
     document, fields = source.document, source.fields
     if not isinstance(fields, dict):
         raise InputError(

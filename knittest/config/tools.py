@@ -38,9 +38,7 @@ class StlTool(Strict):
 
 
 class TStamp(Strict):
-    """T-shaped stamp: bar along x, stem from its middle along -y; lengths of the sharp outline at the bottom, which the
-    draft widens upwards.
-    """
+    """T-shaped stamp: bar along x, stem along -y; lengths of the sharp outline at the bottom, widened by the draft."""
 
     bar_length: float = number(150.0, "mm", "length of the bar", gt=0, band=(20, 1000))
     bar_length_mm: ClassVar[Kernel[float]] = Kernel("bar_length")
@@ -139,10 +137,7 @@ class Opening(Strict):
 
 
 class Die(Opening):
-    """Die: block under the blank with a vertical opening and a flat floor.
-
-    Without floor the fabric between the walls may sag below the stamp, and need not shear at its inner corners.
-    """
+    """Die: block with a vertical opening; without its floor the fabric may sag between the walls below the stamp."""
 
     floor_gap: float | None = number(
         3.0, "mm", "gap between floor and fabric under the stamp at full depth: room for folds; null: no floor",
@@ -170,11 +165,7 @@ def stl_tools(rig: Strict) -> dict[str, StlTool]:
 
 
 def check_fit(stamp: Stamp, die: Die, holder: Holder | None, depth: float) -> None:
-    """Raise :class:`BoundsError` if openings cannot be made for the ``stamp`` at ``depth`` [mm].
-
-    The inner corners of a T are the narrowest places: an opening wider than the stamp has a smaller radius there, and
-    its own edge needs a share of it.
-    """
+    """Raise :class:`BoundsError` if an opening does not fit the inner corners of the ``stamp`` at ``depth`` [mm]."""
     for name, opening in (("die", die), ("holder", holder)):
         if opening is None or opening.stl is not None:
             continue

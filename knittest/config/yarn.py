@@ -263,10 +263,7 @@ def _check_per_mass(yarn: Yarn) -> None:
 
 
 def packing_of(yarn: Yarn) -> float:
-    """Fibre area over the area of the circle of ``yarn``.
-
-    Without fibre names, the density is linear density over load area, if textile fibres have it, else the lightest.
-    """
+    """Fibre area over the area of the circle of ``yarn``; unnamed fibres have the density of the load area."""
     tex, circle = yarn.linear_density.value, 0.25 * math.pi * yarn.beam_diameter.value**2
     density = 1e-3 * tex / yarn.load_area.value if yarn.blend is None else yarn.blend.density
     if yarn.blend is None and not TEXTILE[0] <= density <= TEXTILE[1]:

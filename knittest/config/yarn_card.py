@@ -117,10 +117,7 @@ def blend_of(fibre: object) -> Blend:
 
 
 def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tuple[float, str]]) -> Any:
-    """Fill the ``card`` of a yarn ``model`` that names a fibre; ``usual`` are numbers that no data sheet has.
-
-    Raises :class:`BoundsError` for a card that cannot be converted.
-    """
+    """Fill the ``card`` of a yarn ``model`` that names a fibre, with ``usual`` numbers; :class:`BoundsError`."""
     if not isinstance(card, Mapping):
         return card
     card = {**card, **_linear_density(card)}

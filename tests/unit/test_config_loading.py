@@ -57,15 +57,6 @@ def test_config_chooses_scale_preset_and_parameters(rig):
     assert run.fabric.reinforcing.youngs_modulus.source == "measured"
 
 
-def test_parameter_set_replaces_whole_quantities():
-    measured = resolve(variant="2", parameters="as-measured").fabric.reinforcing
-    calibrated = resolve(variant="2").fabric.reinforcing
-    assert measured.youngs_modulus.source == "measured"
-    assert calibrated.youngs_modulus.source == "tuned"
-    assert calibrated.youngs_modulus.ref != measured.youngs_modulus.ref
-    assert calibrated.fracture_strain == measured.fracture_strain
-
-
 def test_layers_merge_mappings_but_replace_quantities_and_know_where_from():
     layers = Layers()
     layers.lay({"a": {"value": 1, "sd": 2, "ref": "Table 1"}, "b": {"c": 1, "d": 2}}, lambda _: "base:1")
@@ -85,16 +76,18 @@ def test_fabric_without_sets_is_its_base(tmp_path):
 
 
 def test_set_number_is_the_users_and_keeps_the_stated_scatter():
-    strain = resolve(variant="1", sets=["fabric.reinforcing.fracture_strain=1.2"]).fabric.reinforcing.fracture_strain
+    own = ["fabric.reinforcing.fracture_strain=1.2", "fabric.reinforcing.youngs_modulus=60"]
+    yarn, calibrated, measured = (
+        resolve(variant="1", **more).fabric.reinforcing for more in ({"sets": own}, {}, {"parameters": "as-measured"})
+    )
+    assert (calibrated.youngs_modulus.source, measured.youngs_modulus.source) == ("tuned", "measured")
+    assert calibrated.youngs_modulus.ref != measured.youngs_modulus.ref
+    modulus, strain = yarn.youngs_modulus, yarn.fracture_strain
+    assert (modulus.value, modulus.source, modulus.tuned_on) == (60.0, "user", [])
     assert (strain.value, strain.sd, strain.source) == (1.2, 0.15, "user")
     assert "1.0 (measured)" in strain.ref
     scatter = resolve(variant="1", sets=["fabric.reinforcing.fracture_strain.sd=0"]).fabric.reinforcing.fracture_strain
     assert (scatter.value, scatter.sd, scatter.source) == (1.0, 0.0, "user")
-
-
-def test_set_replaces_a_tuned_number_and_forgets_what_it_was_tuned_on():
-    modulus = resolve(variant="1", sets=["fabric.reinforcing.youngs_modulus=60"]).fabric.reinforcing.youngs_modulus
-    assert (modulus.value, modulus.source, modulus.tuned_on) == (60.0, "user", [])
 
 
 def test_numbered_and_local_variants(tmp_path, monkeypatch):
@@ -135,6 +128,8 @@ def test_curve_beside_the_fabric_file_becomes_absolute(tmp_path):
 def test_contradictions_and_misses_are_refused(asked, phrase):
     with pytest.raises(InputError, match=phrase):
         resolve(**asked)
+    with pytest.raises(TypeError, match="unexpected arguments: scales"):
+        resolve(variant="2", scales="macro")
 
 
 def test_directions(rig):
@@ -145,11 +140,6 @@ def test_directions(rig):
     assert planned_directions(None, None, ["rig.direction=weft"]) == ["weft"]
     with pytest.raises(InputError, match=r'rig\.yaml:1: rig\.direction = \'wrap\'.*did you mean "warp"'):
         planned_directions(None, rig("rig: {direction: wrap}"))
-
-
-def test_an_argument_that_there_is_not_is_refused():
-    with pytest.raises(TypeError, match="unexpected arguments: scales"):
-        resolve(variant="2", scales="macro")
 
 
 def test_options_state_the_fields_that_they_name():

@@ -176,7 +176,7 @@ def test_a_part_that_cannot_be_made_is_refused():
 
 def test_an_option_of_a_test_keeps_all_digits(monkeypatch):
     asked = {}
-    monkeypatch.setattr("knittest.cli.testing.resolve_runs", lambda kind, direction, chosen: asked.update(chosen) or [])
+    monkeypatch.setattr("knittest.cli.options.resolve_runs", lambda kind, direction, chosen: asked.update(chosen) or [])
     monkeypatch.setattr("knittest.studies.command.run_command", lambda runs, options: 0)
     CliRunner().invoke(cli, ["forming", "--variant", "1", "--blank-holder-force", "1234.567"])
     assert "rig.blank_holder_force=1234.567" in asked["sets"]

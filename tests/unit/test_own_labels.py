@@ -9,10 +9,8 @@ from report_sample import write_run
 from knittest.config.loading import resolve
 from knittest.config.starting import fabric_template, taken_over
 from knittest.experiment.curves import ReferenceCurve
-from knittest.laboratory import strips
-from knittest.laboratory.report_base import REPORTS, run_stamp, title_of
+from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.page import write_report, write_reports
-from knittest.solve.state import Observer
 
 TABLE = """variant,direction,quantity,mean,sd,n,unit,table
 mine,,strip_width_mm,100,,,mm,strips of mine
@@ -118,36 +116,3 @@ def test_the_study_of_speed_is_shown_for_the_fabric_it_was_made_with(own: Path) 
         tables = page.tables(page.section("run-1-studies"))
         assert any("halved" in caption for caption in tables) is there
         assert ("was not studied with this fabric" in page.text()) is not there
-
-
-def test_a_fabric_without_parameter_sets_is_said_to_be_as_in_its_file(own: Path) -> None:
-    run = resolve(test="tensile", variant="mine", scale="macro", direction="warp")
-    assert run.parameters == "base"
-    said = [title_of(run), *run_stamp(run, ()).facts]
-    said.append(HtmlPage(write_report(write_run(own / "r", variant="mine"))).text())
-    assert "mine, tensile warp, macro (as in the fabric file)" in said
-    assert "parameters as in the fabric file" in said and "parameter set as in the fabric file" in said[-1]
-    assert not [text for text in said if "(base)" in text or "parameters base" in text]
-    paper = resolve(test="tensile", variant="1", scale="macro", direction="warp")
-    assert title_of(paper).endswith("(calibrated)")
-
-
-def test_the_yarns_are_announced_as_laid_out_after_the_cell_was_relaxed(own: Path, monkeypatch) -> None:
-    """The cell of a run was relaxed, and said to be, before its folder was opened."""
-
-    class Reached(Exception):
-        pass
-
-    def relaxed(fabric):
-        raise Reached
-
-    monkeypatch.setattr(strips, "relaxed_cell", relaxed)
-    phases: list[str] = []
-
-    class Listener(Observer):
-        def phase(self, text: str) -> None:
-            phases.append(text)
-
-    with pytest.raises(Reached):
-        strips.cut(resolve(test="tensile", variant="1", scale="meso", direction="warp"), 2, 2, observer=Listener())
-    assert phases == ["laying out the yarns"]
