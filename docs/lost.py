@@ -8,7 +8,9 @@ CAUSES = {
     "energy error": "energy error",
     "kinetic": "kinetic energy",
     "damping": "damping of contacts",
+    "contact damping": "damping of contacts",
     "overlap": "overlap that carries no force",
+    "force-free": "overlap that carries no force",
     "contact forces": "mesh too coarse for the draw-in",
     "contacts on node": "contacts too stiff for the step",
 }

@@ -1,7 +1,4 @@
-"""Errors and warnings that calls of knittest raise: the public names.
-
-The message is the one that the command prints; ``exit_code`` is the one that it ends with.
-"""
+"""Public errors and warnings; the command prints the same messages and exits with ``exit_code``."""
 
 from knittest.base.errors import (
     InputError,

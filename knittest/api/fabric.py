@@ -1,4 +1,4 @@
-"""Fabrics and settings as a caller in Python names them."""
+"""Fabrics and settings of the Python interface."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ Sets = Mapping[str, Any] | Sequence[str]
 
 
 def settings_of(sets: Sets, kind: str) -> tuple[Setting | str, ...]:
-    """Settings of a run of ``kind`` that ``sets`` state; raises :class:`InputError` for what states none."""
+    """Settings of a run of ``kind`` from ``sets``; raises :class:`InputError` for anything else."""
     if isinstance(sets, Mapping):
         return tuple(nested(sets, (), kind, "--set"))
     if isinstance(sets, str):
@@ -31,10 +31,10 @@ def settings_of(sets: Sets, kind: str) -> tuple[Setting | str, ...]:
 
 
 def nested(sets: Mapping[str, Any], above: KeyPath, kind: str, said: str) -> Iterator[Setting]:
-    """One setting a value of ``sets``, whose keys are paths below ``above``; a quantity is one value."""
+    """One setting per value of ``sets``, whose keys are paths below ``above``; a quantity is one value."""
     for key, value in sets.items():
         if not isinstance(key, str) or not all(key.split(".")):
-            raise InputError(f'set: {key!r}: expected a path of a field, for example "rig.width"')
+            raise InputError(f'set: {key!r}: expected the path of a field, such as "rig.width"')
         path: KeyPath = (*above, *key.split("."))
         field = place(path, kind)
         if isinstance(value, Mapping) and not (field and field.is_quantity):
@@ -44,7 +44,7 @@ def nested(sets: Mapping[str, Any], above: KeyPath, kind: str, said: str) -> Ite
 
 
 def plain(value: Any) -> Any:
-    """The value as YAML would have it: a path as text, a NumPy number or array as Python's, a tuple as a list."""
+    """Convert a value to that of YAML: a path to text, NumPy numbers and arrays to Python's, a tuple to a list."""
     if isinstance(value, PathLike):
         return fspath(value)
     if isinstance(value, Mapping):
@@ -59,10 +59,7 @@ FILES = (".yaml", ".yml")
 
 @dataclass(frozen=True)
 class Fabric:
-    """A fabric: ``variant``, a shipped one, or ``file``, and the settings that go over it.
-
-    Make it by :meth:`load`; it does not change, :meth:`with_` makes another.
-    """
+    """Immutable fabric: a shipped ``variant`` or a ``file``, with ``settings``; made by :meth:`load`, :meth:`with_`."""
 
     variant: str | None = None
     file: Path | None = None
@@ -70,10 +67,7 @@ class Fabric:
 
     @classmethod
     def load(cls, fabric: "FabricLike") -> Self:
-        """Take the shipped fabric "1", "2" or a name, or the file whose path ends with .yaml.
-
-        Raises :class:`InputError` where there is none.
-        """
+        """Load the shipped fabric "1", "2" or a name, or a file (.yaml); raises :class:`InputError` without one."""
         if isinstance(fabric, Fabric):
             return cls(fabric.variant, fabric.file, fabric.settings)
         if isinstance(fabric, bool) or not isinstance(fabric, str | int | PathLike):
@@ -81,16 +75,16 @@ class Fabric:
         if isinstance(fabric, PathLike) or str(fabric).endswith(FILES):
             file = Path(fabric)  # type: ignore[arg-type]  # no number ends with .yaml
             if not file.is_file():
-                raise InputError(f"{file}: there is no such fabric file")
+                raise InputError(f"{file}: no such fabric file")
             return cls(file=file)
         variant_path(str(fabric))
         return cls(variant=str(fabric))
 
     def with_(self, **fields: Any) -> Self:
-        """Return the same fabric with other ``fields``, in the units of the fabric file: ``loop_length=14.2`` [mm].
+        """Return the fabric with other ``fields``, in the units of the fabric file: ``loop_length=14.2`` [mm].
 
-        Fields inside others are dicts: ``contact={"friction_coefficient": 0.2}`` [-]. The numbers are the user's own:
-        what the file says of their source no longer counts. Raises :class:`InputError` for a field there is not.
+        Fields inside others are dicts: ``contact={"friction_coefficient": 0.2}`` [-]. The source of the numbers becomes
+        the user. Raises :class:`InputError` for an unknown field.
         """
         for name in fields:
             if name not in Fields.model_fields:

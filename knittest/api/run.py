@@ -1,4 +1,4 @@
-"""Contents of a run folder as data: its curve, results, gates and pictures."""
+"""Contents of a run folder as data: curve, results, quality checks and pictures."""
 
 import json
 from collections.abc import Iterator, Sequence
@@ -22,10 +22,7 @@ DIRECTIONS = ("warp", "weft")
 
 @dataclass(frozen=True)
 class Gates:
-    """The quality gates of a run: whether it passed, its numbers [-], why it was refused, and what to look at.
-
-    True as a condition where all gates passed, so that ``if run.gates:`` asks what it seems to ask.
-    """
+    """Quality checks of a run: verdict, values [-], reasons of failure and warnings; true if all passed."""
 
     passed: bool
     values: dict[str, float | bool]
@@ -37,63 +34,63 @@ class Gates:
 
 
 class Run:
-    """One run folder. Names of columns and results end with their unit: ``strain_pct``, ``peak_force_n``, ``time_ms``.
+    """Run folder. Names of columns and results end with their unit: ``strain_pct``, ``peak_force_n``, ``time_ms``.
 
-    ``folder`` is its path. What only a completed run has raises :class:`InputError` for another.
+    Attributes of completed runs raise :class:`InputError` for other runs.
     """
 
     def __init__(self, folder: PathLike[str] | str) -> None:
-        """Raises :class:`InputError` where ``folder`` is no run folder."""
+        """Raises :class:`InputError` if ``folder`` is no run folder."""
         self.folder = Path(folder)
         self._manifest = manifest_of(self.folder)
 
     def __repr__(self) -> str:
         verdict = ""
         if self.status == "completed":
-            verdict = ", gates passed" if self.gates else ", comparison REFUSED by its gates"
+            verdict = ", quality checks passed" if self.gates else ", quality checks FAILED"
         return f"<knittest.Run {self.folder}: {self.status}{verdict}>"
 
     @property
     def status(self) -> str:
-        """State of the run: running, completed, failed or interrupted."""
+        """Status of the run: running, completed, failed or interrupted."""
         return str(self._manifest["status"])
 
     @cached_property
     def summary(self) -> Summary:
-        """Contents of summary.json: results with their units, comparison with the experiment, gates, cost [s]."""
+        """Contents of summary.json: results with units, comparison with the experiment, quality checks, cost [s]."""
         if self.status != "completed":
-            message = f"{self.folder}: the run is {self.status}: it has no results"
-            raise InputError(f"{message}; go on with it: knittest.resume({str(self.folder)!r})")
+            remedy = f"resume it: knittest.resume({str(self.folder)!r})"
+            raise InputError(f"{self.folder}: the run is {self.status} and has no results; {remedy}")
         path = self.folder / "summary.json"
         try:
             found: Summary = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
-            raise InputError(f"{path}: cannot be read: {error}") from None
+            raise InputError(f"{path} cannot be read: {error}") from None
         return found
 
     @property
     def results(self) -> dict[str, Any]:
-        """Results by name, each ending with its unit; of an ensemble mean, sd and values."""
+        """Results by name, which ends with the unit; mean, sd and values of an ensemble."""
         return self.summary["results"]
 
     @property
     def gates(self) -> Gates:
-        """Verdict of the quality gates."""
+        """Quality checks of the run."""
         found = self.summary
         return Gates(not found["refused"], found["quality"], found["refused"], found["warnings"])
 
     @property
     def curve(self) -> "DataFrame":
-        """Columns of curve.csv, one row a sample; each ends with its unit (time_ms, strain_pct, force_n)."""
+        """Columns of curve.csv, one row per sample; names end with the unit (time_ms, strain_pct, force_n)."""
         return self._table("curve.csv")
 
     @property
     def energies(self) -> "DataFrame":
-        """Columns of energies.csv [mJ], one row a sample."""
+        """Columns of energies.csv [mJ], one row per sample."""
         return self._table("energies.csv")
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the curve on ``ax``, else on axes of its own; the labels of the axes have the units."""
+        """Draw the curve on ``ax``, or on new axes; the labels of the axes have the units."""
         from knittest.laboratory.report_base import REPORTS
 
         axes = REPORTS[self.summary["rig"]].axes
@@ -104,7 +101,7 @@ class Run:
 
             ax = pyplot.subplots()[1]
         label = self.summary["direction"] or self.summary["rig"]
-        ax.plot(curve[axes.x], curve[y], label=label if self.gates else f"{label} (refused by its gates)")
+        ax.plot(curve[axes.x], curve[y], label=label if self.gates else f"{label} (failed quality checks)")
         ax.set(xlabel=axes.xlabel, ylabel=axes.ylabel)
         if axes.logarithmic:
             ax.set_xscale("log")
@@ -112,17 +109,17 @@ class Run:
         return ax
 
     def show(self) -> Shown | None:
-        """Moving view of the run, ``view.html``: in a notebook an object that it displays, else in the browser.
+        """Show the 3D view of the run, ``view.html``, in the notebook, else in the browser.
 
-        Raises :class:`InputError` where the run was made without frames.
+        Raises :class:`InputError` for a run without frames.
         """
         return show_views([self.folder])
 
     def animate(self, out: PathLike[str] | str, **looks: Any) -> Path:
-        """Write the run as the film ``out``, .mp4 or .gif; ``colour``, ``look``, ``seconds``, ``fps``, ``width`` [px],
-        ``tools`` or not.
+        """Write the film ``out``, .mp4 or .gif; ``looks``: ``colour``, ``look``, ``seconds``, ``fps``, ``width`` [px],
+        ``tools``.
 
-        Raises :class:`InputError` where the run was made without frames, and for what no film can be made of.
+        Raises :class:`InputError` for a run without frames and for bad options.
         """
         from knittest.report_page.moving.film import Filmed, animate
 
@@ -130,19 +127,19 @@ class Run:
 
     def _table(self, name: str) -> "DataFrame":
         if self.status != "completed":
-            _ = self.summary  # says why there is none
+            _ = self.summary  # raises the reason
         import pandas
 
         try:
             return pandas.read_csv(self.folder / name, comment="#")
         except (OSError, ValueError) as error:
-            raise InputError(f"{self.folder / name}: cannot be read: {error}") from None
+            raise InputError(f"{self.folder / name} cannot be read: {error}") from None
 
 
 class Runs(Sequence[Run]):
     """Runs of one call, warp and weft, in ``folder``; ``runs.warp`` is that of the warp.
 
-    ``curve`` and ``energies`` are those of all runs with the direction in front; the others are dicts by direction.
+    ``curve`` and ``energies`` join all runs with a column ``direction``; other attributes are dicts by direction.
     """
 
     def __init__(self, folder: PathLike[str] | str, runs: Sequence[Run]) -> None:
@@ -178,7 +175,7 @@ class Runs(Sequence[Run]):
 
     @property
     def gates(self) -> Gates:
-        """Verdict over all runs: passed where all passed; numbers and reasons have their direction in front."""
+        """Quality checks of all runs, which pass if all runs do; numbers and reasons begin with the direction."""
         found = {name: run.gates for name, run in self._runs.items()}
         return Gates(
             all(gates.passed for gates in found.values()),
@@ -189,35 +186,34 @@ class Runs(Sequence[Run]):
 
     @property
     def curve(self) -> "DataFrame":
-        """Curves of all runs, one row a sample, ``direction`` in front; columns end with their unit."""
-        import pandas
-
-        return pandas.concat([run.curve.assign(direction=name) for name, run in self._runs.items()]).pipe(_in_front)
+        """Curves of all runs, one row per sample, first column ``direction``; names of columns end with the unit."""
+        return self._joined("curve")
 
     @property
     def energies(self) -> "DataFrame":
-        """Energies of all runs [mJ], ``direction`` in front."""
+        """Energies of all runs [mJ], first column ``direction``."""
+        return self._joined("energies")
+
+    def _joined(self, name: str) -> "DataFrame":
         import pandas
 
-        return pandas.concat([run.energies.assign(direction=name) for name, run in self._runs.items()]).pipe(_in_front)
+        tables = {direction: getattr(run, name) for direction, run in self._runs.items()}
+        return pandas.concat(tables, names=["direction"]).reset_index(level=0).reset_index(drop=True)
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
-        """Draw the curves of all runs on one pair of axes."""
+        """Draw the curves of all runs on the same axes."""
         for run in self:
             ax = run.plot(ax)
         assert ax is not None
         return ax
 
     def show(self) -> Shown | None:
-        """Show the runs, one below the other; see :meth:`Run.show`."""
+        """Show the 3D views of all runs; see :meth:`Run.show`."""
         return show_views([run.folder for run in self])
 
 
 def load(folder: PathLike[str] | str) -> Run | Runs:
-    """Read an existing run folder, or the folder of both directions.
-
-    Raises :class:`InputError` where it is none, or a direction that was planned has not begun.
-    """
+    """Load a run folder, or the folder of both directions; raises :class:`InputError` for another folder."""
     path = Path(folder)
     if (path / "manifest.json").is_file():
         return Run(path)
@@ -225,8 +221,3 @@ def load(folder: PathLike[str] | str) -> Run | Runs:
     if not planned:
         raise InputError(f"{path}: not a run folder: it has no manifest.json")
     return Runs(path, [Run(path / name) for name in planned])
-
-
-def _in_front(table: "DataFrame") -> "DataFrame":
-    """The table with its column ``direction`` first, rows numbered anew."""
-    return table[["direction", *(name for name in table if name != "direction")]].reset_index(drop=True)

@@ -1,4 +1,4 @@
-"""Moving views as a notebook shows them."""
+"""3D views of runs in a notebook."""
 
 from collections.abc import Sequence
 from html import escape
@@ -10,26 +10,21 @@ STYLE = "width: 100%; height: 36em; border: 0"
 
 
 class Shown:
-    """Pages that a notebook's cell holds whole: they stay in it when the notebook is saved or sent without the run."""
+    """Pages in a notebook cell, which keeps them whole when the notebook is saved or sent without the run."""
 
     def __init__(self, pages: Sequence[Path]) -> None:
         self._pages = list(pages)
 
     def __repr__(self) -> str:
-        return "\n".join(f"moving view: {page}" for page in self._pages)
+        return "\n".join(f"3D view: {page}" for page in self._pages)
 
     def _repr_html_(self) -> str:
-        return "\n".join(
-            f'<iframe srcdoc="{escape(page.read_text(encoding="utf-8"))}" style="{STYLE}"></iframe>'
-            for page in self._pages
-        )
+        texts = (escape(page.read_text(encoding="utf-8")) for page in self._pages)
+        return "\n".join(f'<iframe srcdoc="{text}" style="{STYLE}"></iframe>' for text in texts)
 
 
 def show_views(folders: Sequence[Path]) -> Shown | None:
-    """Write the moving views of the run ``folders``: an object for a notebook to display, or opened in the browser.
-
-    Raises :class:`InputError` where a run was made without frames.
-    """
+    """Write the 3D views of run ``folders`` for a notebook, else open the browser; raises :class:`InputError`."""
     from knittest.report_page.moving.page import view
 
     pages = [view(folder) for folder in folders]

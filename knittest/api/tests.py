@@ -1,4 +1,4 @@
-"""Tests as functions: what their commands do, with a run as the result."""
+"""Tests as functions that return their runs."""
 
 import threading
 import warnings
@@ -23,7 +23,7 @@ _ONE_AT_A_TIME = threading.Lock()
 
 
 class Options(TypedDict, total=False):
-    """Arguments of every test, those of its command: README and the reference of the command line describe them.
+    """Arguments of every test, as of its command: README and the reference of the command line describe them.
 
     ``set`` has fields by path in their own units, ``{"rig.width": 50}`` [mm]; ``out`` is the folder,
     ``runs/<name>-<time>`` in the working folder unless stated.
@@ -47,23 +47,23 @@ class Options(TypedDict, total=False):
     against: PathLike[str] | str | Sequence[PathLike[str] | str]
 
 
-#: of options that may not be None
+#: defaults of options that may not be None
 DEFAULTS: dict[str, Any] = {
     "set": (), "quiet": False, "frames": True, "pictures": True, "verify": False, "accept_limits": False, "against": (),
 }  # fmt: skip
 
 
 def run_test(test: str, fabric: FabricLike | None = None, **given: Any) -> Run | Runs:
-    """Run the test of that name, also one of a package of your own; returns the run, or both directions.
+    """Run the test of that name, also one of another package; returns the run, or the runs of both directions.
 
-    Warns with :class:`RefusedWarning` where gates refuse the comparison. Raises ``TypeError`` for an argument that the
-    test does not have, :class:`InputError` for a value that it does not take, and whatever ends the run;
-    ``KeyboardInterrupt`` leaves a folder for :func:`resume`.
+    Warns with :class:`RefusedWarning` if quality checks fail. Raises ``TypeError`` for an unknown argument,
+    :class:`InputError` for a bad value, and the error of a failed run; ``KeyboardInterrupt`` leaves a folder for
+    :func:`resume`.
     """
     name = str(test).replace("_", "-")
     if name not in kinds():
         raise InputError(f"test = {test!r}: {unknown(name, list(kinds()), 'test')}")
-    _refuse_unheard(kinds()[name], given)
+    _check_arguments(kinds()[name], given)
     runs = planned_runs(name, given.get("direction"), _chosen(kinds()[name], fabric, given))
     options = _options(given)
     from knittest.studies.command import run_all
@@ -76,9 +76,9 @@ def run_test(test: str, fabric: FabricLike | None = None, **given: Any) -> Run |
 def resume(
     folder: PathLike[str] | str, *, force: bool = False, threads: int | None = None, quiet: bool = False
 ) -> Run | Runs:
-    """Go on with the run in ``folder``, or with both directions in it, to the bits it would have had.
+    """Resume the run in ``folder``, or both directions in it; results are bitwise identical to an uninterrupted run.
 
-    Raises :class:`InputError` where nothing can be gone on with, or something changed, unless ``force``.
+    Raises :class:`InputError` if there is nothing to resume, or if something changed, unless ``force``.
     """
     from knittest.studies.command import resume_all
 
@@ -90,12 +90,12 @@ def resume(
 def _warned(run: Run | Runs) -> Run | Runs:
     if not run.gates:
         text = "; ".join(run.gates.refused)
-        warnings.warn(f"{run.folder}: comparison refused: {text}", RefusedWarning, stacklevel=4)
+        warnings.warn(f"{run.folder}: not compared with the experiment: {text}", RefusedWarning, stacklevel=4)
     return run
 
 
-def _refuse_unheard(kind: TestKind, given: dict[str, Any]) -> None:
-    """Raise ``TypeError`` for an argument that tests of ``kind`` do not have, and say what is meant instead."""
+def _check_arguments(kind: TestKind, given: dict[str, Any]) -> None:
+    """Raise ``TypeError`` for an argument that tests of ``kind`` do not have, with the nearest one."""
     known = ["fabric", *Options.__annotations__, *kind.own_fields]
     known = [name for name in known if kind.directional or name != "direction"]
     for name in given:
@@ -147,7 +147,7 @@ def _options(given: dict[str, Any]) -> RunOptions:
 
 
 def test_function(kind: TestKind) -> Callable[..., Run | Runs]:
-    """The test of ``kind`` as a function, with the units of its curve and of its own arguments in its docstring."""
+    """Function of the test of ``kind``; its docstring has the units of its curve and of its own arguments."""
     from knittest.laboratory.report_base import REPORTS
 
     def function(fabric: FabricLike | None = None, **options: Any) -> Run | Runs:
@@ -165,7 +165,7 @@ def test_function(kind: TestKind) -> Callable[..., Run | Runs]:
 
 
 def signature(kind: TestKind) -> Signature:
-    """Arguments of the function of ``kind``, with types and defaults: what ``help`` and editors show."""
+    """Arguments of the function of ``kind``, with types and defaults, for ``help`` and editors."""
     types = {name: one for name, one in Options.__annotations__.items() if kind.directional or name != "direction"}
     for own, one in ((kind.shortcuts, float), (kind.texts, str)):
         types |= {name.replace("-", "_"): one | None for name in own}

@@ -1,4 +1,4 @@
-"""Cache folders that no other user can write to, and arrays kept in them with a checksum."""
+"""Cache: folders that no other user can write to, and arrays stored there with a checksum."""
 
 import hashlib
 import io
@@ -18,41 +18,32 @@ from knittest.base.errors import InputError, is_out_of_memory
 from knittest.base.files import size_on_disk
 from knittest.base.progress import tell
 
-# Folders that nobody but their owner can put files into: what is loaded from them is run.
-
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-#: links on the way to a folder, as most systems allow
+#: largest number of links in a path, as in most systems
 MOST_LINKS = 40
 
 
 def weakness(folder: Path) -> str:
-    """Reason why another user could put files into ``folder`` or exchange it; empty when none could.
+    """Reason why another user could put files into ``folder`` or exchange it; empty if none could.
 
-    The folder is this user's and nobody else writes to it; each folder on the way to it, links followed, is this
-    user's or the system's and closed to others, or sticky as that for temporary files is. Raises ``OSError``.
+    Kernels are loaded from it, so it must be this user's and closed to others. Each folder of its path, links followed,
+    must belong to this user or the system, and be closed to others or sticky as that of temporary files. Raises
+    ``OSError``.
     """
     trusted = {0, os.geteuid(), os.lstat("/").st_uid}
     way = [(place, place.lstat()) for place in _way(folder)]
     for place, state in way:
-        if state.st_uid not in trusted:
+        last = place == way[-1][0]
+        if state.st_uid not in trusted or (last and state.st_uid != os.geteuid()):
             return f"{place} belongs to user {state.st_uid}"
-        if _open_to_others(state) and not state.st_mode & stat.S_ISVTX:
+        is_open = stat.S_ISDIR(state.st_mode) and state.st_mode & OTHERS_WRITE  # the mode of a link has no meaning
+        if is_open and (last or not state.st_mode & stat.S_ISVTX):
             return f"{place} can be written by others (mode {stat.S_IMODE(state.st_mode):o})"
-    place, state = way[-1]
-    if state.st_uid != os.geteuid():
-        return f"{place} belongs to user {state.st_uid}"
-    if _open_to_others(state):
-        return f"{place} can be written by others (mode {stat.S_IMODE(state.st_mode):o})"
     return ""
 
 
-def _open_to_others(state: os.stat_result) -> bool:
-    """Tell whether it is a folder in which another user can make files; the mode of a link says nothing."""
-    return stat.S_ISDIR(state.st_mode) and bool(state.st_mode & OTHERS_WRITE)
-
-
 def make_private(folder: Path) -> None:
-    """Make ``folder`` and what is missing of the way to it, closed to all others; raises ``OSError``."""
+    """Make ``folder`` with its parents, closed to all others; raises ``OSError``."""
     missing = [folder]
     while not os.path.lexists(missing[-1].parent):
         missing.append(missing[-1].parent)
@@ -61,7 +52,7 @@ def make_private(folder: Path) -> None:
 
 
 def _way(folder: Path) -> Iterator[Path]:
-    """Every folder and link from the root to ``folder``, which may be a link itself; raises ``OSError``."""
+    """Folders and links of the path of ``folder``, from the root; raises ``OSError``."""
     place, links = Path("/"), 0
     yield place
     left = [*reversed(folder.absolute().parts[1:])]
@@ -83,16 +74,15 @@ def _way(folder: Path) -> Iterator[Path]:
 
 
 VARIABLE = "KNITTEST_CACHE_DIR"
-#: folders in the cache: those that may be emptied
+#: folders of the cache, which may be emptied
 FOLDERS = ("numba", "cells", "settled", "cards")
 
 
 def cache_root() -> Path | None:
-    """Cache folder that only this user writes: ``KNITTEST_CACHE_DIR``, else the user's cache folder.
+    """Cache folder that only this user can write: ``KNITTEST_CACHE_DIR``, else the user's cache folder.
 
-    Where that cannot be written, one in the system's folder for temporary files if that is private too, else None:
-    nothing is kept. A line on stderr says so. Raises :class:`InputError` when the folder of the variable is open to
-    others: kernels are loaded from it, and whoever writes there runs code as this user.
+    If that cannot be written, a private one in the folder for temporary files, else None, with a line on stderr. Raises
+    :class:`InputError` if others can write the folder of the variable: they could run code as this user.
     """
     from platformdirs import user_cache_path
 
@@ -101,7 +91,7 @@ def cache_root() -> Path | None:
 
 
 def cache_folder(*names: str) -> Path | None:
-    """The folder ``names`` of the cache, made where it is missing; None where nothing is kept."""
+    """Folder ``names`` of the cache, made if missing; None if nothing is cached."""
     root = cache_root()
     if root is None:
         return None
@@ -111,12 +101,12 @@ def cache_folder(*names: str) -> Path | None:
         return folder
     if os.environ.get(VARIABLE):
         raise InputError(f"{VARIABLE}: {_refusal(problem)}")
-    _say_once(f"{problem}: nothing is kept there; remove it, it is only a cache")
+    _say_once(f"{problem}: it is not used; remove it, it is only a cache")
     return None
 
 
 def clear(root: Path) -> int:
-    """Remove the folders of the cache in ``root``, none of another's in it, and return their bytes."""
+    """Remove the folders of the cache in ``root``, nothing else, and return their bytes."""
     folders = [path for path in map(root.joinpath, FOLDERS) if path.is_dir() and not path.is_symlink()]
     size = sum(map(size_on_disk, folders))
     for folder in folders:
@@ -133,25 +123,25 @@ def _usable(folder: Path, variable: str) -> Path | None:
         raise InputError(f"{variable}: {_refusal(problem)}")
     what = problem or f"{folder} cannot be written"
     remedy = f"set {VARIABLE} to a folder that only you can write to"
-    with suppress(FileNotFoundError):  # no folder for temporary files either
+    with suppress(FileNotFoundError):  # no folder for temporary files
         spare = Path(tempfile.gettempdir()) / f"knittest-cache-{os.geteuid()}"
         if not _problem(spare) and _can_write(spare):
-            _say_once(f"{what}: caching in {spare}; {remedy}")
+            _say_once(f"{what}: the cache is {spare}; {remedy}")
             return spare
-        what += f", nor is {spare} a private folder"
-    _say_once(f"{what}: nothing is cached, kernels are compiled anew each time; {remedy}")
+        what += f", and {spare} is no private folder"
+    _say_once(f"{what}: nothing is cached, each run compiles its kernels; {remedy}")
     return None
 
 
 def _refusal(problem: str) -> str:
     return (
-        f"{problem}, and whoever can put files there could run code as you; expected a folder that only you can write "
-        "to: choose another one, or remove it and let it be made anew"
+        f"{problem}: others could run code as you from there. Expected a folder that only you can write to: choose "
+        "another one, or remove it"
     )
 
 
 def _problem(folder: Path) -> str:
-    """Fault of ``folder``, which is made where it is missing; empty without one and where it cannot be made."""
+    """Make ``folder`` if missing; return its fault, empty without one and if it cannot be made."""
     try:
         make_private(folder)
     except OSError:
@@ -159,7 +149,7 @@ def _problem(folder: Path) -> str:
     try:
         return weakness(folder)
     except OSError as error:
-        return f"{folder} cannot be looked at ({error.strerror or error})"
+        return f"{folder} cannot be checked ({error.strerror or error})"
 
 
 def _can_write(folder: Path) -> bool:
@@ -170,16 +160,13 @@ def _can_write(folder: Path) -> bool:
         return False
 
 
-@cache
-def _say_once(text: str) -> None:
-    tell(text)
-
+_say_once = cache(tell)
 
 CHECKSUM = "sha256"
 
 
 class Damaged(Exception):
-    """The file is not what was written; the message says what is wrong with it."""
+    """Error of a file that was changed since it was written."""
 
 
 def seal(stream: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
@@ -188,11 +175,11 @@ def seal(stream: IO[bytes], arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def unseal(content: bytes, name: str) -> dict[str, np.ndarray]:
-    """The arrays in ``content`` of the file ``name``; raises :class:`Damaged` unless :func:`seal` wrote exactly it."""
+    """Arrays in ``content`` of the file ``name``; raises :class:`Damaged` unless :func:`seal` wrote exactly it."""
     try:
         with np.load(io.BytesIO(content), allow_pickle=False) as archive:
             arrays = {key: archive[key] for key in archive.files}
-    except Exception as error:  # zip, header and array parsers raise whatever the damaged bytes lead them to
+    except Exception as error:  # parsers of damaged bytes may raise anything
         if is_out_of_memory(error):
             raise
         raise Damaged(f"{name} cannot be read ({type(error).__name__})") from error
@@ -216,10 +203,7 @@ KEY = "key"
 
 
 def kept(path: Path | None, key: str) -> dict[str, np.ndarray] | None:
-    """The arrays that :func:`keep` wrote to ``path``; None if there are none.
-
-    Raises :class:`Damaged` for a file that is not what was written, or that belongs to another ``key``.
-    """
+    """Arrays that :func:`keep` wrote to ``path`` for ``key``, or None; raises :class:`Damaged` for another file."""
     if path is None:
         return None
     try:
@@ -233,7 +217,7 @@ def kept(path: Path | None, key: str) -> dict[str, np.ndarray] | None:
 
 
 def keep(path: Path | None, key: str, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write ``arrays`` whole or not at all; if the disk refuses, they are only computed again."""
+    """Write ``arrays`` whole or not at all; after an error of the disk they are computed again."""
     if path is None:
         return
     temporary: Path | None = None

@@ -1,4 +1,4 @@
-"""Errors that reach a user as a message and an exit code, never as a traceback."""
+"""Errors that reach the user as a message and an exit code, never as a traceback."""
 
 import errno
 import traceback
@@ -6,55 +6,49 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-OUT_OF_MEMORY = "out of memory; free some memory, raise its limit (ulimit -v) or use a smaller preset"
-#: what libraries say of it
+OUT_OF_MEMORY = "out of memory: free memory, raise the limit (ulimit -v) or use a smaller preset"
+#: words of libraries for it
 MEMORY_WORDS = ("failed to map segment from shared object", "annot allocate memory", "can't start new thread")
 
 
 class KnittestError(Exception):
-    """Base of all expected failures; ``exit_code`` is the process status."""
+    """Base of all expected errors; ``exit_code`` is the process status."""
 
     exit_code = 1
 
 
 class InputError(KnittestError):
-    """Bad input: names file, line, field, value and what was expected."""
+    """Bad input; the message names file, line, field, value and expectation."""
 
     exit_code = 2
 
 
 class NumericalError(KnittestError):
-    """The simulation cannot be trusted further: names the entity and the time.
-
-    ``partial`` is what was simulated until then, if anything was.
-    """
+    """Failed simulation; the message names entity and time, ``partial`` is its result until then, if any."""
 
     exit_code = 3
     partial: object = None
 
 
 class ResourceError(KnittestError):
-    """Disk, memory, cache or a locked folder; ``folder`` is that of the run it ended, if any."""
+    """Fault of disk, memory, cache or a locked folder; ``folder`` is that of the failed run, if any."""
 
     exit_code = 4
     folder: Path | None = None
 
 
 class OutOfTolerance(KnittestError):
-    """A comparison or regression is out of tolerance."""
+    """Comparison or regression out of tolerance."""
 
     exit_code = 5
 
 
 class RefusedWarning(UserWarning):
-    """A run ended, but its gates refuse the comparison: its results do not count."""
+    """Warning about a run that failed its quality checks: its results are not compared with the experiment."""
 
 
 def is_out_of_memory(error: BaseException | None) -> bool:
-    """Tell whether ``error``, or what it was raised from, means that memory is short.
-
-    A library that cannot be loaded, or a thread that cannot be started, says so in words only.
-    """
+    """Tell whether ``error``, or its cause, means that memory is short; some libraries say so in words only."""
     if error is None:
         return False
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
@@ -65,7 +59,7 @@ def is_out_of_memory(error: BaseException | None) -> bool:
 
 @contextmanager
 def reporting_memory() -> Iterator[None]:
-    """Raise :class:`ResourceError` where memory is short inside; the arrays of what was stopped are freed before."""
+    """Raise :class:`ResourceError` if memory is short inside the block, after freeing the arrays of the block."""
     try:
         yield
     except Exception as error:

@@ -1,14 +1,14 @@
-"""Basis of all pictures: a figure without display, file formats and pixel sizes, and the stamp below a picture."""
+"""Basis of all pictures: figures without display, file formats, resolution, and the stamp below a picture."""
 
 import io
 import textwrap
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -22,22 +22,23 @@ if TYPE_CHECKING:
     from matplotlib.transforms import Bbox
 
 
-#: pixels an inch where none are asked for, and the bounds of what may be
+T = TypeVar("T")
+#: default, smallest and largest number of pixels per inch
 DPI, LEAST, MOST = 150, 50, 1200
-#: formats of pictures; PNG is written always, for pages show it
+#: formats of pictures; PNG is always written, because pages show it
 FORMATS = ("png", "svg", "pdf")
 
 
 @dataclass(frozen=True)
 class Printing:
-    """Vector ``formats`` beside PNG, and pixels an inch of PNG and of the fields within vector pictures."""
+    """Vector ``formats`` in addition to PNG, and pixels per inch of PNG and of fields in vector pictures."""
 
     formats: tuple[str, ...] = ()
     dpi: int = DPI
 
     @property
     def pixels(self) -> float:
-        """Pixels over those of a picture that nothing was asked of."""
+        """Number of pixels over that at the default resolution."""
         return (self.dpi / DPI) ** 2
 
 
@@ -45,33 +46,35 @@ _PRINTING: ContextVar[Printing] = ContextVar("printing", default=Printing())  # 
 
 
 @contextmanager
-def printed(printing: Printing) -> Iterator[None]:
-    """All pictures that are written inside are written as ``printing`` says."""
-    token = _PRINTING.set(printing)
+def _in_context(variable: ContextVar[T], value: T) -> Iterator[None]:
+    token = variable.set(value)
     try:
         yield
     finally:
-        _PRINTING.reset(token)
+        variable.reset(token)
+
+
+def printed(printing: Printing) -> AbstractContextManager[None]:
+    """Write all pictures inside the block by ``printing``."""
+    return _in_context(_PRINTING, printing)
 
 
 def present() -> Printing:
-    """Printing that is asked for now."""
+    """Printing of the current block."""
     return _PRINTING.get()
 
 
 def printing_of(formats: str | None, dpi: int | None) -> Printing:
-    """Read ``formats``, such as "svg,pdf", and ``dpi``; raises :class:`InputError` for others."""
+    """Read ``formats``, such as "svg,pdf", and ``dpi``; raises :class:`InputError` for bad ones."""
     asked = [one.strip().lower() for one in (formats or "").split(",") if one.strip()]
     if unknown := [one for one in asked if one not in FORMATS]:
-        known = ",".join(FORMATS)
-        raise InputError(f"--format {formats}: {unknown[0]} is no format of pictures; expected some of {known}")
+        raise InputError(f"--format {formats}: unknown picture format {unknown[0]}; expected {','.join(FORMATS)}")
     if dpi is not None and not LEAST <= dpi <= MOST:
-        raise InputError(f"--dpi {dpi}: expected {LEAST} to {MOST} pixels an inch")
+        raise InputError(f"--dpi {dpi}: expected {LEAST} to {MOST} pixels per inch")
     return Printing(tuple(dict.fromkeys(one for one in asked if one != "png")), DPI if dpi is None else dpi)
 
 
-#: size of the letters [points], mean width of one over it, height of a line over it, margins at the sides, above and
-#: below [inch]
+#: font size [points], mean width of a letter over it, height of a line over it, margins aside, above and below [inch]
 LETTER, WIDE, LINE, MARGIN, ABOVE, BELOW = 7.5, 0.58, 1.45, 0.12, 0.09, 0.06
 BETWEEN = " · "
 FACTS, BAD = "#4a4f55", "#b3261e"
@@ -79,7 +82,7 @@ FACTS, BAD = "#4a4f55", "#b3261e"
 
 @dataclass(frozen=True)
 class Stamp:
-    """``facts`` of the run in one line and its ``verdict`` in another, ``bad`` where it may not be compared."""
+    """Lines below a picture: ``facts`` of the run and its ``verdict``, which may be ``bad``."""
 
     facts: Sequence[str] = ()
     verdict: str = ""
@@ -89,29 +92,24 @@ class Stamp:
 _STAMP: ContextVar[Stamp] = ContextVar("stamp", default=Stamp())  # noqa: B039 - a stamp does not change
 
 
-@contextmanager
-def stamped(stamp: Stamp) -> Iterator[None]:
-    """All pictures that are written inside carry ``stamp``, so that none can be left out."""
-    token = _STAMP.set(stamp)
-    try:
-        yield
-    finally:
-        _STAMP.reset(token)
+def stamped(stamp: Stamp) -> AbstractContextManager[None]:
+    """Put ``stamp`` on all pictures that are written inside the block."""
+    return _in_context(_STAMP, stamp)
 
 
 def lines_of(stamp: Stamp, width: float) -> list[tuple[str, str]]:
-    """Lines of text and their colours for a picture ``width`` [inch] wide; version and date stand on every picture."""
+    """Lines of text with colours for a picture ``width`` [inch] wide, with version and date."""
     letters = int((width - 2.0 * MARGIN) * 72.0 / (WIDE * LETTER))
     today = datetime.now(UTC).date().isoformat()
-    told = [_plain(fact) for fact in [*filter(None, stamp.facts), f"knittest {__version__}", today]]
-    least = len(_filled(told, letters))
-    even = next(n for n in range(1, letters + 1) if len(_filled(told, n)) <= least)  # no line with the date alone
-    facts = [(line, FACTS) for line in _filled(told, even)]
-    return facts + [(line, BAD if stamp.bad else FACTS) for line in textwrap.wrap(_plain(stamp.verdict), letters)]
+    facts = [_plain(fact) for fact in [*filter(None, stamp.facts), f"knittest {__version__}", today]]
+    least = len(_wrapped(facts, letters))
+    even = next(n for n in range(1, letters + 1) if len(_wrapped(facts, n)) <= least)  # no line with the date alone
+    lines = [(line, FACTS) for line in _wrapped(facts, even)]
+    return lines + [(line, BAD if stamp.bad else FACTS) for line in textwrap.wrap(_plain(stamp.verdict), letters)]
 
 
-def _filled(facts: Sequence[str], letters: int) -> list[str]:
-    """``facts`` in lines of ``letters`` at most, each whole in one unless it is longer."""
+def _wrapped(facts: Sequence[str], letters: int) -> list[str]:
+    """Wrap ``facts`` to lines of at most ``letters``, each fact on one line unless it is longer."""
     found = [""]
     for fact in facts:
         joined = BETWEEN.join(filter(None, (found[-1], fact)))
@@ -120,7 +118,7 @@ def _filled(facts: Sequence[str], letters: int) -> list[str]:
 
 
 def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:
-    """Pixels of ``figure``, (height, width, 4), with the present stamp in a strip of its own below."""
+    """Pixels of ``figure``, (height, width, 4), with the current stamp in a strip below."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -140,7 +138,7 @@ def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:
 
 @contextmanager
 def below(figure: "Figure") -> Iterator["Bbox"]:
-    """The present stamp as texts below ``figure`` while it is written, and the page [inch] that holds both."""
+    """Put the current stamp below ``figure`` while it is written; gives the page [inch] with both."""
     from matplotlib.transforms import Bbox
 
     width, high = figure.get_size_inches()
@@ -162,11 +160,11 @@ def _pixels(figure: "Figure", dpi: int) -> np.ndarray:
 
 
 def _plain(text: str) -> str:
-    """One line in which a dollar sign is one and begins no formula."""
+    """Make one line without formulas: a dollar sign is printed."""
     return " ".join(text.split()).replace("$", r"\$")
 
 
-# Okabe and Ito (2008): told apart with any colour vision; lines differ in dash as well.
+# Okabe and Ito (2008): distinct with any colour vision; lines also differ in dash.
 BLACK = "#000000"
 ORANGE = "#E69F00"
 SKY = "#56B4E9"
@@ -176,15 +174,15 @@ BLUE = "#0072B2"
 RED = "#D55E00"
 PINK = "#CC79A7"
 GREY = "#6b7178"
-#: elements of a field above which vector pictures hold it as pixels
+#: number of elements above which vector pictures have a field as pixels
 MANY = 1500
-#: letters as outlines where a reader may lack the font, as text where the file carries it; the same bytes each time
+#: letters as outlines in SVG, which has no fonts, and as text in PDF; the same bytes each time
 _VECTOR: Any = {"svg.fonttype": "path", "svg.hashsalt": "knittest", "pdf.fonttype": 42}
 _UNDATED: dict[str, dict[str, Any]] = {"svg": {"Date": None, "Creator": "knittest"}, "pdf": {"CreationDate": None}}
 
 
 def new_figure(width: float, height: float) -> "Figure":
-    """An empty figure of ``width`` x ``height`` [inch] that needs no display."""
+    """Empty figure of ``width`` x ``height`` [inch] that needs no display."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -194,24 +192,21 @@ def new_figure(width: float, height: float) -> "Figure":
 
 
 def dress(axes: "Axes") -> None:
-    """A light grid behind the data and no frame where there is no scale."""
+    """Draw a light grid behind the data, and no frame at the top."""
     axes.grid(True, color="#e4e7ea", linewidth=0.8)
     axes.set_axisbelow(True)
     axes.spines[["top"]].set_visible(False)
 
 
 def save(figure: "Figure", path: Path) -> None:
-    """Write the figure with its stamp as PNG, and beside it in the formats asked for (:mod:`knittest.base.figure`).
-
-    Each file is whole or not there; raises :class:`ResourceError`.
-    """
+    """Write the figure with its stamp as PNG and in the requested formats; raises :class:`ResourceError`."""
     write_atomic(path, png(figure))
     for form in present().formats:
         write_atomic(path.with_suffix(f".{form}"), vector(figure, form))
 
 
 def png(figure: "Figure") -> bytes:
-    """The figure with its stamp as PNG."""
+    """PNG of the figure with its stamp."""
     from matplotlib.image import imsave
 
     buffer, dpi = io.BytesIO(), present().dpi
@@ -220,7 +215,7 @@ def png(figure: "Figure") -> bytes:
 
 
 def vector(figure: "Figure", form: str) -> bytes:
-    """The figure with its stamp as ``svg`` or ``pdf``; fields of many elements are pixels in it."""
+    """File ``svg`` or ``pdf`` of the figure with its stamp; fields of many elements are pixels."""
     from matplotlib import rc_context
     from matplotlib.collections import Collection
 

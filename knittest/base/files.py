@@ -1,4 +1,4 @@
-"""Files that knittest reads and writes: whole files or none, files that users name, tidy tables, shipped data."""
+"""Files: atomic writing, safe reading of user files, tidy tables, shipped data."""
 
 import csv
 import errno
@@ -10,12 +10,12 @@ from pathlib import Path
 
 from knittest.base.errors import InputError, ResourceError
 
-#: most characters of a file's content in a message
+#: largest number of characters of a file in a message
 EXCERPT = 100
 
 
 def excerpt(text: str) -> str:
-    """The first line of ``text``, printable and cut to :data:`EXCERPT` characters, for a message on a file."""
+    """First line of ``text``, printable and cut to :data:`EXCERPT` characters, for a message on a file."""
     line = next(iter(text.splitlines()), "")
     plain = "".join(c if c.isprintable() else "?" for c in line)
     return plain if len(plain) <= EXCERPT else plain[: EXCERPT - 3] + "..."
@@ -24,7 +24,7 @@ def excerpt(text: str) -> str:
 def read_regular(path: Path, limit: int, remedy: str) -> bytes:
     """Bytes of a regular file of at most ``limit`` bytes; ``remedy`` ends the message of a larger one.
 
-    Raises :class:`InputError`, at once even for a pipe without a writer or an endless device.
+    Raises :class:`InputError`, at once also for a pipe without a writer or an endless device.
     """
     try:
         # non-blocking, so that opening a pipe without a writer returns
@@ -36,7 +36,7 @@ def read_regular(path: Path, limit: int, remedy: str) -> bytes:
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+        raise InputError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if len(raw) > limit:
         size = f"{limit // 1_000_000} MB" if limit > 1_000_000 else f"{limit // 1000} kB"
         raise InputError(f"{path}: larger than {size}: {remedy}")
@@ -44,7 +44,7 @@ def read_regular(path: Path, limit: int, remedy: str) -> bytes:
 
 
 def size_on_disk(folder: Path) -> int:
-    """Bytes that ``folder`` takes on the disk; links in it are not followed, and what goes meanwhile counts nothing."""
+    """Bytes of ``folder`` on the disk, without following links; files that vanish meanwhile are skipped."""
     size = 0
     for place, _, names in os.walk(folder):
         for name in names:
@@ -53,37 +53,36 @@ def size_on_disk(folder: Path) -> int:
     return size
 
 
+_NO_PERMISSION = "no permission to write there; choose another folder with --out"
 _HINTS = {
     errno.ENOSPC: "the disk is full; free some space or choose another folder with --out",
     errno.EDQUOT: "the disk quota is used up; free some space or choose another folder with --out",
     errno.EROFS: "the file system is read-only; choose another folder with --out",
-    errno.EACCES: "no permission to write there; choose another folder with --out",
-    errno.EPERM: "no permission to write there; choose another folder with --out",
+    errno.EACCES: _NO_PERMISSION,
+    errno.EPERM: _NO_PERMISSION,
 }
 
-#: what a folder may be called, so that the files in it have names that every file system takes
+#: limits of the name of a folder, so that every file system accepts the names of its files
 DEEPEST, LONGEST, LONGEST_NAME = 100, 3500, 200
 
 
 def resource_error(path: Path, error: OSError) -> ResourceError:
-    """Say in one line which file could not be written, why, and what to do."""
+    """Error that says which file could not be written, why, and what to do."""
     hint = _HINTS.get(error.errno or 0, error.strerror or str(error))
     return ResourceError(f"{path}: cannot write: {hint}")
 
 
 def make_folder(path: Path) -> None:
-    """Make ``path`` and the folders it lies in; raises :class:`InputError` for a name that no file system takes,
-    :class:`ResourceError` where it cannot be written.
-    """
+    """Make ``path`` with its parents; raises :class:`InputError` for a bad name, else :class:`ResourceError`."""
     if len(path.parts) > DEEPEST or len(os.fsencode(path.absolute())) > LONGEST:
         raise InputError(
-            f"{excerpt(str(path))}: {len(path.parts)} folders deep, {len(os.fsencode(path))} bytes long; expected at "
-            f"most {DEEPEST} and {LONGEST}: choose a shorter path"
+            f"{excerpt(str(path))}: the path has {len(path.parts)} folders and {len(os.fsencode(path))} bytes, "
+            f"expected at most {DEEPEST} and {LONGEST}: choose a shorter path"
         )
     if longest := next((name for name in path.parts if len(os.fsencode(name)) > LONGEST_NAME), ""):
         raise InputError(
-            f"{excerpt(longest)}: a name of {len(os.fsencode(longest))} bytes; expected at most {LONGEST_NAME}: choose "
-            "a shorter one"
+            f"{excerpt(longest)}: the name has {len(os.fsencode(longest))} bytes, expected at most {LONGEST_NAME}: "
+            "choose a shorter one"
         )
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -93,10 +92,10 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary file in the folder of ``path``; on success it is synced and takes the place of ``path``.
+    """Give a temporary file in the folder of ``path``, which is synced and replaces ``path`` on success.
 
-    After any error the old ``path`` stands and the temporary file is gone; raises :class:`ResourceError` for the
-    errors of the operating system.
+    After an error the old ``path`` remains and the temporary file is gone; raises :class:`ResourceError` for errors of
+    the operating system.
     """
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
     try:
@@ -113,13 +112,13 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_atomic(path: Path, data: bytes | str) -> None:
-    """Write ``data`` (text as UTF-8) to ``path`` by way of :func:`replacing`."""
+    """Write ``data`` (text as UTF-8) to ``path`` whole or not at all."""
     with replacing(path) as temporary:
         temporary.write_bytes(data.encode() if isinstance(data, str) else data)
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make the renaming itself durable; some file systems cannot sync a folder, which loses nothing already there."""
+    """Make a renaming durable, if the file system can sync a folder."""
     with suppress(OSError):
         handle = os.open(folder, os.O_RDONLY)
         try:
@@ -132,23 +131,20 @@ COLUMNS = ["variant", "direction", "quantity", "mean", "sd", "n", "unit", "table
 
 
 def variants(folder: Path) -> list[str]:
-    """Variants that the tables of ``folder`` have rows of; raises as :func:`tidy_rows` does."""
+    """Variants in the tables of ``folder``; raises as :func:`tidy_rows` does."""
     return sorted({row["variant"] for _, _, row in tidy_rows(folder)})
 
 
 def tidy_rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
-    """File, line and cells of every row in all tables of ``folder``.
-
-    Raises :class:`InputError` for a folder without tables and for a wrong header.
-    """
+    """File, line and cells of every row in all tables of ``folder``; raises :class:`InputError` for bad tables."""
     files = sorted(folder.glob("*.csv"))
     if not files:
-        raise InputError(f"{folder}: no tables of an experiment (*.csv) here; knittest data import writes some")
+        raise InputError(f"{folder}: it has no tables of an experiment (*.csv): write them by knittest data import")
     for path in files:
         with path.open(encoding="utf-8", newline="") as stream:
             reader = csv.DictReader(stream)
             if reader.fieldnames != COLUMNS:
-                raise InputError(f"{path}:1: no table of an experiment: expected the columns {','.join(COLUMNS)}")
+                raise InputError(f"{path}:1: expected the columns {','.join(COLUMNS)} of an experiment")
             for row in reader:
                 yield path, reader.line_num, row
 
@@ -163,7 +159,7 @@ def configs_dir() -> Path:
 
 
 def data_dir() -> Path:
-    """Folder of the shipped experimental data, to which data paths in a config are relative."""
+    """Folder of the shipped experimental data; data paths in a config are relative to it."""
     return _shipped("data")
 
 

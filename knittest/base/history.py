@@ -1,6 +1,4 @@
-"""Record of a simulation: mesh, frames, curves, energies, quality and cost, initial equilibrium, forces beyond the
-first failure. Numpy only.
-"""
+"""Record of a simulation (mesh, frames, curves, energies, quality, cost) and the initial equilibrium of yarns."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,41 +11,41 @@ from knittest.base.summary import Unjudged, Value
 
 Array = NDArray[np.float64]
 
-#: before the kind of a crossing: its mean normal force
+#: beginning of the name of the mean normal force of a kind of crossing
 FORCE = "normal_force_n."
-#: how closely loops wrap each other (:mod:`knittest.models.crossings`)
+#: loop wrap ratio: how closely loops wrap each other (:mod:`knittest.models.crossings`)
 WRAP = "loop_wrap"
 #: Munden's constants K_c and K_s of relaxed plain knits (textbook values, apparel)
 RELAXED = {"munden_kc": (5.0, 5.3), "munden_ks": (19.0, 21.6)}
 #: label and format of each number
 NUMBERS = {
-    "draw_in_pct": ("loops drawn in by", "{:.3g} %"),
-    "loop_tension_n": ("tension of the loops", "{:.3g} N"),
+    "draw_in_pct": ("loop shortening", "{:.3g} %"),
+    "loop_tension_n": ("loop tension", "{:.3g} N"),
     FORCE: ("mean normal force of crossings", "{} N"),
     "thickness_mm": ("thickness", "{:.3f} mm"),
     "munden_kc": ("Munden's Kc", "{:.2f}"),
     "munden_ks": ("Munden's Ks", "{:.1f}"),
-    WRAP: ("loops wrap to", "{:.3g} (1: straight and square, 0: closest points split)"),
-    "out_of_balance_pct": ("out of balance", "{:.2g} % of the contact forces"),
+    WRAP: ("loop wrap ratio", "{:.3g} (1: straight yarns crossing at a right angle; 0: contact point not unique)"),
+    "out_of_balance_pct": ("residual contact-force imbalance", "{:.2g} %"),
 }
-#: wrap of loops below which they may snap: of 61 sheared cells at 0.05 or more one was lost by it, of 66 others 15
+#: wrap ratio below which loops may snap: of 61 sheared cells at 0.05 or more one was lost by it, of 66 others 15
 UNIQUE = 0.05
-SPLITS = f"below {UNIQUE:.2f} a quarter of sheared cells snap and are refused: "
-REMEDY = "take less draw-in or a longer loop"
+SPLITS = f"below {UNIQUE:.2f} the contact points of loops jump in a quarter of sheared cells, which are then rejected: "
+REMEDY = "use less loop shortening (draw_in) or a longer loop"
 #: of four cells that were lost by it at the speed and step of the study
-RESCUED = "half the step let two of four such cells pass, half the speed one; else "
-UNSETTLED = "not settled: yarns start free of force"
-#: forces out of balance [%] above which numbers of rest are off by a tenth and more, not those of the test: settled on
-#: from 2 % frames changed their tension by 0.2 %, from 5 and 53 % by 11 and 14 %, their forces by at most 0.9 %
+RESCUED = "half the time step made two of four such cells pass, half the speed one; else "
+UNSETTLED = "not computed: yarns start without contact forces"
+#: imbalance [%] above which numbers of the initial equilibrium are off by 10 % and more, but not those of the test:
+#: from 2 % on, frames changed tension by 0.2 %; from 5 and 53 % by 11 and 14 %, and their forces by at most 0.9 %
 CREEPING = 3.0
-CREEPS = ": yarns creep, tension and crossings stated here may be off by a tenth and more, forces of frames by 1 %"
+CREEPS = ": loop tension and forces of crossings are accurate to about 10 %, forces of picture frames to 1 %"
 
 
 @dataclass(frozen=True)
 class Rest:
-    """Yarns at rest: mean axial force of the loops' yarn [N], thickness over the yarns' surfaces [mm], forces out of
-    balance over those of contacts [-] (nan where nothing was settled), the mean normal force [N] of crossings that
-    touch, by kind, and how closely loops ``wrap`` each other at most [-] (nan where none cross, or not known).
+    """Initial equilibrium of yarns: mean axial force [N] of the knitting yarn, thickness [mm] over the yarn surfaces,
+    residual imbalance over contact forces [-] (nan if not computed), mean normal force [N] of touching crossings by
+    kind, and smallest loop wrap ratio [-] (nan if unknown).
     """
 
     tension: float
@@ -58,17 +56,17 @@ class Rest:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A warning of loops that wrap each other too closely for contacts at points."""
-        return (f"loops wrap to {self.wrap:.3g}: {SPLITS}{REMEDY}",) if self.wrap < UNIQUE else ()
+        """Warning about a loop wrap ratio that is too small for point contacts."""
+        return (f"loop wrap ratio {self.wrap:.3g}: {SPLITS}{REMEDY}",) if self.wrap < UNIQUE else ()
 
     @property
     def advice(self) -> str:
-        """Remedy for a run whose motion or energies are off by that; empty where loops do not wrap so closely."""
-        return f"loops wrap to {self.wrap:.3g}: {RESCUED}{REMEDY}" if self.wrap < UNIQUE else ""
+        """Remedy for failed quality checks of motion or energies at a small loop wrap ratio; else empty."""
+        return f"loop wrap ratio {self.wrap:.3g}: {RESCUED}{REMEDY}" if self.wrap < UNIQUE else ""
 
 
 def rest_numbers(rest: Rest, kc: float, ks: float, draw_in: float | None = None) -> dict[str, float]:
-    """Numbers of ``rest`` by name with unit, with Munden's constants and a ``draw_in`` [-] of the loops."""
+    """Numbers of ``rest`` by name with unit, with Munden's constants and the loop shortening ``draw_in`` [-]."""
     drawn = {} if draw_in is None else {"draw_in_pct": 100.0 * draw_in}
     return drawn | {
         "loop_tension_n": rest.tension,
@@ -82,13 +80,13 @@ def rest_numbers(rest: Rest, kc: float, ks: float, draw_in: float | None = None)
 
 
 def of_all(specimens: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
-    """The numbers of ``specimens`` with the same names in all: a kind of crossing that none of one touches has 0 N."""
+    """Numbers of ``specimens`` with the same names in all; a kind of crossing without contact has 0 N."""
     names = dict.fromkeys(name for one in specimens for name in one)
     return [{name: one.get(name, 0.0 if name.startswith(FORCE) else math.nan) for name in names} for one in specimens]
 
 
 def rest_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
-    """Label and text of each of ``numbers``, flat as :func:`rest_numbers` has them, or with their spread."""
+    """Label and text of each of ``numbers`` of :func:`rest_numbers`, single or with their spread."""
     means = {name: _mean(value) for name, value in numbers.items()}
     found = []
     for name, (label, text) in NUMBERS.items():
@@ -96,29 +94,27 @@ def rest_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
             forces = [f"{key.removeprefix(FORCE)} {force:.3g}" for key, force in means.items() if key.startswith(FORCE)]
             found += [(label, text.format(", ".join(forces)))] if forces else []
         elif name in means:
-            found.append((label, _told(name, text, means[name])))
+            found.append((label, _text_of(name, text, means[name])))
     return found
 
 
 def rest_line(numbers: Mapping[str, Value]) -> str:
-    """Tension of the loops, their wrap, thickness and how far they are settled: what of it a terminal shows."""
+    """Line of a terminal on the initial equilibrium: thickness and loop tension, with their accuracy."""
     means = {name: _mean(value) for name, value in numbers.items()}
-    tension, thickness, residual = (means[n] for n in ("loop_tension_n", "thickness_mm", "out_of_balance_pct"))
-    share = f"{residual:.0f}" if residual >= 10.0 else f"{residual:.2g}"
-    state = f"out of balance {share} %" if math.isfinite(residual) else "not settled"
-    doubt = " (yarns still creep: the tension may be off by a tenth or more)" if residual > CREEPING else ""
-    wrap = f", wrap {means[WRAP]:.2g}" if math.isfinite(means.get(WRAP, math.nan)) else ""
-    return f"loops {tension:.2g} N{wrap}, {thickness:.2f} mm thick, {state}{doubt}"
+    residual = means["out_of_balance_pct"]
+    note = " (accurate to about 10 %)" if residual > CREEPING else ""
+    note = note if math.isfinite(residual) else " (equilibrium not computed)"
+    return f"thickness {means['thickness_mm']:.2f} mm, loop tension {means['loop_tension_n']:.2g} N{note}"
 
 
 def _mean(value: Value) -> float:
-    """A number, or the mean of those of an ensemble; nan where JSON has none."""
+    """Number, or mean of an ensemble; nan if JSON has none."""
     if isinstance(value, Mapping):
         value = value["mean"]
     return math.nan if value is None else float(value)
 
 
-def _told(name: str, text: str, value: float) -> str:
+def _text_of(name: str, text: str, value: float) -> str:
     if not math.isfinite(value):
         return UNSETTLED if name == "out_of_balance_pct" else "unknown"
     if name == "out_of_balance_pct" and value > CREEPING:
@@ -126,18 +122,18 @@ def _told(name: str, text: str, value: float) -> str:
     if name == WRAP and value < UNIQUE:
         return f"{text.format(value)}; {SPLITS}{REMEDY}"
     low, high = RELAXED.get(name, (0.0, 0.0))
-    return text.format(value) + (f" (relaxed plain knits {low:g} to {high:g})" if high else "")
+    return text.format(value) + (f" (relaxed plain knits: {low:g} to {high:g})" if high else "")
 
 
-#: overlap at the start over the smaller radius that is worth a mention
+#: initial overlap over the smaller radius that is reported
 OVERLAP_COUNTS = 0.01
-#: quality is judged from this share of the work at the first failure on: below it everything is still start-up
+#: share of the work at the first failure at which start-up ends; quality checks begin there
 START_UP = 0.05
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Elements of a model as a viewer needs them.
+    """Elements of a model for viewers.
 
     ``kind`` is ``beams`` (cells (n_el, 2)) or ``shells`` (cells (n_el, 4)); ``part`` (n_el,) indexes ``part_names``
     (``warp``, ``weft``, ``knit`` or ``fabric``); ``yarn`` (n_el,) numbers the yarn of a beam; ``radius`` [mm], (n_el,),
@@ -169,9 +165,8 @@ class Frame:
 
 @dataclass(frozen=True)
 class Body:
-    """A part of the apparatus: closed or open surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3), at the k
-    frames turned about the origin, or sheared, by the matrices ``turn`` (k, 3, 3), if it is at all, then moved by
-    ``offset`` (k, 3) [mm].
+    """Part of the apparatus: surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3). At frame k it is turned about
+    the origin or sheared by the matrix ``turn[k]`` (3, 3), if given, and moved by ``offset[k]`` (3,) [mm].
     """
 
     name: str
@@ -181,16 +176,16 @@ class Body:
     turn: Array | None = None
 
     def place(self, frame: int) -> Array:
-        """Points at a ``frame`` (from 0), (n, 3) [mm]."""
+        """Points (n, 3) [mm] at a ``frame`` from 0."""
         turned = self.points if self.turn is None else self.points @ self.turn[frame].T
         return np.asarray(turned + self.offset[frame])
 
     def at_frames(self, numbers: NDArray[np.int64]) -> "Body":
-        """The same at the frames ``numbers`` alone."""
+        """Body at the frames ``numbers`` only."""
         return replace(self, offset=self.offset[numbers], turn=None if self.turn is None else self.turn[numbers])
 
     def between(self, before: int, after: int, share: float) -> "Body":
-        """The same at one moment, a ``share`` of the way from the frame ``before`` to the one ``after``."""
+        """Body at one time, a ``share`` of the way from frame ``before`` to frame ``after``."""
 
         def mixed(values: Array) -> Array:
             return np.asarray((1.0 - share) * values[[before]] + share * values[[after]])
@@ -200,8 +195,8 @@ class Body:
 
 @dataclass(frozen=True)
 class Overlaps:
-    """Yarns that overlap at the start: how many contacts do by more than :data:`OVERLAP_COUNTS` of the smaller radius,
-    the ``largest`` overlap over that radius [-], and the ``worst`` pairs as yarn names, place and overlap.
+    """Initial yarn overlaps: ``count`` of contacts above :data:`OVERLAP_COUNTS` of the smaller radius, ``largest``
+    overlap over that radius [-], and ``worst`` pairs as yarn names, position and overlap.
     """
 
     count: int = 0
@@ -218,17 +213,17 @@ class History:
     The first of ``frames`` is the unloaded state (displacements count from it), the last the end of the run.
     ``energies`` columns: time_ms, kinetic_mj, internal_<part>_mj, the same by mechanism as <mechanism>_<part>_mj
     (yarns: stretching, bending, torsion; shells: stretching, bending, shear, in_plane_bending), hourglass_mj,
-    contact_mj and of it contact_tools_mj, friction_mj and of it friction_<spin, tools, shear>_mj (crossings against
-    spin, tools, shear of shells), contact_damping_mj (that of free tools too), contact_recovery_mj (energy given to
-    contacts found late), damping_mj, eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic
+    contact_mj and its part contact_tools_mj, friction_mj and its parts friction_<spin, tools, shear>_mj (crossings
+    against spin, tools, shear of shells), contact_damping_mj (also of free tools), contact_recovery_mj (energy of
+    contacts detected late), damping_mj, eroded_mj, external_mj, balance_error_mj, kinetic_ratio, energy_error; elastic
     energies count from the start.
-    ``contacts`` columns: time_ms, yarn_contacts (that touch), penetration_<max, mean, p50, p90, p99>_pct (over the
-    smaller radius), force_free_overlap_max_pct (deepest overlap of yarns that carries no force, over the smaller
-    radius, away from their ends), force_free_at_ends_max_pct (at them), found_late_max_pct (deepest
-    overlap at which a contact was found late, so far), tool_contacts, tool_penetration_max_um.
-    ``peak`` is the number of the frame at the largest force, before anything broke by it; None if none was kept.
-    ``tool_force`` (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig wants it, or
-    the last one where no sample lies there. ``rest`` is the state of yarns when the rig began to move; None of shells.
+    ``contacts`` columns: time_ms, yarn_contacts (touching), penetration_<max, mean, p50, p90, p99>_pct (over the
+    smaller radius), force_free_overlap_max_pct (largest force-free overlap of yarns over the smaller radius, away from
+    their ends), force_free_at_ends_max_pct (at the ends), found_late_max_pct (largest overlap so far at late detection
+    of a contact), tool_contacts, tool_penetration_max_um.
+    ``peak`` is the number of the frame at the largest force, before failure; None if none was kept. ``tool_force``
+    (n_tools, n_nodes) is the mean normal force [N] of each tool on each node while the rig records it, or the last one.
+    ``rest`` is the initial equilibrium of yarns; None for shells.
     """
 
     mesh: Mesh
@@ -244,18 +239,17 @@ class History:
 
     @property
     def at_peak(self) -> Frame:
-        """The frame at the largest force."""
+        """Frame at the largest force."""
         return self.frames[self.peak] if self.peak is not None else max(self.frames, key=lambda frame: frame.force)
 
 
 @dataclass(frozen=True)
 class Quality:
-    """Gates of a run; ratios are fractions, ``failures`` lists the gates that refuse the comparison.
+    """Values of the quality checks of a run as fractions; ``failures`` lists the failed checks.
 
-    The largest shares up to the first failure, or to the end, of what the model takes for itself: damping, and that of
-    contacts and free tools, of the work; hourglass control of the internal energy. ``beyond_law`` is the share of the
-    shells sheared beyond the end of their law, ``drag_over_weight`` the drag of forming's damping at full speed over
-    weight and holder's force.
+    Losses are the largest up to the first failure, or to the end: damping, and damping of contacts and free tools, over
+    work; hourglass energy over internal energy. ``beyond_law`` is the share of shell elements beyond the end of their
+    shear law, ``drag_over_weight`` the damping force of forming at full speed over weight and blank-holder force.
     """
 
     ke_over_ie_max: float
@@ -275,17 +269,17 @@ class Quality:
     drag_over_weight: float = 0.0
 
     def refusing(self, reason: str) -> "Quality":
-        """The same with one more failure."""
+        """Quality with one more failed check."""
         return replace(self, failures=(*self.failures, reason))
 
     def warning(self, *texts: str) -> "Quality":
-        """The same with more warnings."""
+        """Quality with more warnings."""
         return replace(self, warnings=(*self.warnings, *texts))
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of a run."""
+    """Times [s] and sizes of a run."""
 
     wall_s: float
     cpu_s: float
@@ -300,9 +294,7 @@ class Cost:
 
 @dataclass(frozen=True)
 class Specimen:
-    """Outcome of one specimen; ``facts`` are numbers of its model that pictures need, ``rest`` those of the state of
-    rest that its yarns started from (:func:`knittest.base.history.rest_numbers`), none of shells.
-    """
+    """Outcome of one specimen; ``facts`` are for pictures, ``rest`` is its initial equilibrium (empty for shells)."""
 
     history: History
     results: dict[str, float]
@@ -314,10 +306,9 @@ class Specimen:
 
 
 def judged_rows(history: History, *, to_failure: bool = True, reported_from: float = np.inf) -> slice:
-    """Rows of the energies between start-up and the first failure, or of a test not ``to_failure`` the end.
+    """Rows of the energies from the end of start-up to the first failure, or not ``to_failure`` to the end.
 
-    Start-up is over at a share of the largest work, of which a test that turns gives back, and at the latest when the
-    first number is ``reported_from`` [ms].
+    Start-up ends at a share of the largest work, but not after the first reported number, ``reported_from`` [ms].
     """
     energies = history.energies
     end = history.first_failure if to_failure and history.first_failure is not None else len(energies["time_ms"])
@@ -329,39 +320,36 @@ def judged_rows(history: History, *, to_failure: bool = True, reported_from: flo
 
 
 def peaks_beyond(histories: Sequence[History], coordinate: str, peaks: Sequence[float]) -> Unjudged | None:
-    """Specimens of ``histories`` whose largest force, at ``peaks`` of the ``coordinate`` [%] of their curves, comes
-    after the first failure; None if there is none.
-    """
-    failures = [_first_failure(history, coordinate) for history in histories]
-    beyond = [(at, peak) for at, peak in zip(failures, peaks, strict=True) if peak > at]
+    """Specimens whose peak force, at ``peaks`` [%] of ``coordinate``, follows the first failure; None without any."""
+    failures = [
+        np.interp(h.energies["time_ms"][h.first_failure], h.curve["time_ms"], h.curve[coordinate])
+        if h.first_failure is not None else math.inf
+        for h in histories
+    ]  # fmt: skip
+    beyond = [(float(at), peak) for at, peak in zip(failures, peaks, strict=True) if peak > at]
     if not beyond:
         return None
     first, last = zip(*beyond, strict=True)
     return {"specimens": len(histories), "first_failure_pct": list(first), "peak_pct": list(last)}
 
 
-def _first_failure(history: History, coordinate: str) -> float:
-    """Coordinate [%] of the sample at which the first failure was seen; infinite where nothing failed."""
-    if history.first_failure is None:
-        return float("inf")
-    when = history.energies["time_ms"][history.first_failure]
-    return float(np.interp(when, history.curve["time_ms"], history.curve[coordinate]))
-
-
 def unjudged_note(found: Mapping[str, object] | None) -> str:
-    """Sentence on ``unjudged`` of summary.json; empty without, and where both strains are the same to two digits."""
+    """Note on ``unjudged`` of summary.json; empty without it, and if both strains agree to two digits."""
     if not found:
         return ""
     first, peak = (_range(found.get(name)) for name in ("first_failure_pct", "peak_pct"))
     if not first or not peak or first == peak:
         return ""
     count, of = len(found["peak_pct"]), found["specimens"]  # type: ignore[arg-type]
-    lies = "the peak lies" if of == 1 else f"the peaks of {count} of {of} specimens lie"
-    return f"gates judged up to the first failure, at {first} % strain; {lies} beyond it, at {peak} %"
+    after = "The peak force comes later" if of == 1 else f"The peak forces of {count} of {of} specimens come later"
+    return (
+        f"Quality checks cover the run up to the first yarn failure ({first} % strain). {after} ({peak} %) and "
+        f"{'is' if of == 1 else 'are'} not checked"
+    )
 
 
 def _range(values: object) -> str:
-    """``0.85`` of one number, ``0.80 to 0.92`` of several."""
+    """Text such as ``0.85`` of one number, ``0.80 to 0.92`` of several."""
     if not isinstance(values, Sequence) or not values:
         return ""
     low, high = f"{min(values):.2f}", f"{max(values):.2f}"

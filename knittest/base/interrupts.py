@@ -1,4 +1,4 @@
-"""Signals that stop a run: noted while a simulation can save itself, raised at once everywhere else."""
+"""Signals that stop a run: noted while a simulation can save itself, raised at once otherwise."""
 
 import signal
 import threading
@@ -12,44 +12,41 @@ from knittest.base.errors import KnittestError
 
 #: process status of a run that a signal stopped: temporary failure, try again (sysexits.h)
 INTERRUPTED = 75
-#: asked to stop by a user, a batch system or its warning before the time limit
+#: signals of a user, a batch system or its warning before the time limit
 STOPPING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGINT", "SIGUSR1") if hasattr(signal, name))
 
 
 class Interrupted(KeyboardInterrupt):
-    """Stopped by a signal; the message says how to go on. Not an ``Exception``, so that no library swallows it.
-
-    ``folder`` is that of the run, once there is one.
-    """
+    """Stop by a signal, no ``Exception`` that a library may swallow; ``folder`` is that of the run, if there is one."""
 
     folder: Path | None = None
 
 
 class UntilSaved:
-    """Handler of a whole process: a signal stops it, unless one has stopped its run, which is saved already."""
+    """Handler of a whole process: a signal stops it, unless its run was stopped and is already saved."""
 
     def __init__(self) -> None:
-        #: name of the signal that asked to stop, empty while none did
+        #: name of the signal that came; empty without
         self.asked = ""
         self.saved = False
 
     def __call__(self, number: int, frame: FrameType | None) -> None:
-        """Raise :class:`Interrupted`; again if the last one was lost in a callback of a library."""
+        """Raise :class:`Interrupted`, also again if a library swallowed the last one."""
         if not self.saved:
             self.asked = signal.Signals(number).name
             raise Interrupted(f"stopped by {self.asked}")
 
     def install(self) -> None:
-        """Take over the signals until the process ends."""
+        """Handle the signals until the process ends."""
         for number in STOPPING:
             signal.signal(number, self)
 
 
 class Interrupts:
-    """A context manager that takes over the signals; only the first one counts, so nothing is cut off while saving."""
+    """Context manager that handles the signals; only the first one counts, so that saving is never cut off."""
 
     def __init__(self) -> None:
-        #: name of the signal that asked to stop, empty while none did
+        #: name of the signal that came; empty without
         self.asked = ""
         self._held: Callable[[], bool] = lambda: False
         self._before: dict[signal.Signals, Any] = {}
@@ -67,7 +64,7 @@ class Interrupts:
 
     @contextmanager
     def held(self, when: Callable[[], bool]) -> Iterator[None]:
-        """Only note signals inside the block ``when`` it holds; whoever is in it calls :meth:`check` to stop."""
+        """Only note signals inside the block while ``when`` is true; the block calls :meth:`check` to stop."""
         before, self._held = self._held, when
         try:
             yield
@@ -76,21 +73,20 @@ class Interrupts:
 
     @contextmanager
     def heard(self) -> Iterator[None]:
-        """Inside a block that holds them, let signals stop this one; also one that was noted before."""
+        """Let signals stop this block inside one that holds them; also a signal that was noted before."""
         with self.held(when=lambda: False):
             self.check()
             yield
 
     @contextmanager
     def deciding(self) -> Iterator[None]:
-        """Let the signal be why the block ended, even where a library made an error of its own of it."""
+        """Raise :class:`Interrupted` for an error that a library made of a signal."""
         try:
             yield
         except KnittestError:
             raise
-        except Exception as error:
-            if self.asked:
-                raise Interrupted(f"stopped by {self.asked}") from error
+        except Exception:
+            self.check()
             raise
 
     def check(self) -> None:

@@ -1,8 +1,7 @@
-"""Records of the laboratory's tests, one a test, found by entry points, with its share in the regression.
+"""Records of the tests, found by entry points.
 
-A record names what is heavy (models of its config, the test, its report) as ``module:name`` and holds what is light:
-reading it imports no numpy, so that ``knittest --help`` is quick, and no room below the laboratory imports the
-laboratory: they ask the record.
+A record names heavy parts (config models, test, report) as ``module:name`` and holds light ones itself. Reading it
+imports no numpy, so that ``knittest --help`` is quick, and packages below the laboratory need not import it.
 """
 
 import hashlib
@@ -11,7 +10,7 @@ import importlib.util
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import MappingProxyType
@@ -23,10 +22,10 @@ from knittest.base.files import PACKAGE
 
 @dataclass(frozen=True)
 class Regressed:
-    """Runs of a regression: of ``specimens``, (variant, direction or None), with ``sets`` that ``label`` stands for,
-    of the ``parameters`` of the fabric, None for its default set. What ``enlarges`` rounding has its scatter stored.
+    """Runs of a regression: ``specimens`` (variant, direction or None) with ``sets`` under ``label``.
 
-    Runs start by ``rank``, expensive ones first, so that no worker is left alone with one at the end.
+    ``parameters`` is the parameter set, None for the default. Runs start by ``rank``, expensive ones first.
+    ``enlarges``: rounding errors grow, so that the scatter by rounding is stored too.
     """
 
     rank: int
@@ -42,11 +41,10 @@ class Regressed:
 
 @dataclass(frozen=True)
 class Regression:
-    """A test in ``knittest regress``.
+    """Part of a test in ``knittest regress``: ``rows`` of Table 3 that it gives, ``runs``, and ``sets`` of all of them.
 
-    ``rows`` of Table 3 that it gives, ``sets`` of all its runs, ``runs``; ``drift`` is the change that a number, a
-    curve and a number that is nothing but buckles, one of ``buckled``, may have, by scale, where it is not everyone's
-    and the scatter by rounding is not stored. ``crests`` count them, and change by whole ones.
+    ``drift`` is the tolerance of a number, of a curve and of a number in ``buckled``, by scale, if it is not the
+    general one and no scatter by rounding is stored. ``crests`` are counts, which change by whole numbers.
     """
 
     rows: tuple[str, ...] = ()
@@ -57,18 +55,18 @@ class Regression:
     crests: tuple[str, ...] = ()
 
 
-#: all specimens of a test that is made along warp and weft, and of one that is not
+#: all specimens of a test with directions, and of one without
 STRIPS = (("1", "warp"), ("1", "weft"), ("2", "warp"), ("2", "weft"))
 SHEETS = (("1", None), ("2", None))
 
 
-#: group of the entry points; the name of one is that of its test, its value where the record is
+#: group of the entry points: name of the test, place of its record
 GROUP = "knittest.tests"
-#: test that a command or a file means unless it names one
+#: default test of commands and files
 DEFAULT = "tensile"
 #: label and format of a result
 Label = tuple[str, str]
-#: what config file and command line state of a field of the rig, None without
+#: function that returns the value of a rig field in config file and command line, or None
 Stated = Callable[[str], object]
 
 T = TypeVar("T")
@@ -77,13 +75,13 @@ _NONE: Mapping[str, Any] = MappingProxyType({})
 
 @dataclass(frozen=True)
 class TestKind:
-    """Record of all that the rest of knittest asks of a test; ``module:name`` stands for what is loaded when used.
+    """Record of a test; ``module:name`` is the place of an object that is loaded when used.
 
-    ``name`` is its command, ``rig.kind`` and the name of its entry point; ``summary`` and ``usage`` are what the help
-    says; ``run`` is the model of its config, ``test`` and ``report`` are classes (:mod:`knittest.laboratory`).
+    ``name`` is its command, ``rig.kind`` and the name of its entry point; ``summary`` and ``usage`` are help texts;
+    ``run`` is the model of its config, ``test`` and ``report`` are classes (:mod:`knittest.laboratory`).
     """
 
-    __test__ = False  # nor one of pytest's
+    __test__ = False  # no test of pytest
 
     name: str
     summary: str
@@ -97,38 +95,36 @@ class TestKind:
     sheet: str | tuple[str, str] = ""
     #: ``module:name`` of the share of its motion after which a run, with what is prepared of it, will have failed
     lasting: str = ""
-    #: ``module:name`` of what ``knittest check`` looks at before its model is made: lines and numbers of a run, with a
-    #: folder for pictures
+    #: ``module:name`` of an early part of ``knittest check``: lines and numbers of a run, and pictures in a folder
     checked: str = ""
-    #: ``module:name`` of what is known of the errors of its results
+    #: ``module:name`` of known errors of its results
     corrections: str = ""
-    #: ``module:name`` of the study that its pages show beside a run with these results
+    #: ``module:name`` of the study that its pages show with a run
     study: str = ""
     #: field of a run that ends the test at a shear angle [deg]
     sheared_to: str = ""
-    #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.records.Ending`), None where it is not
+    #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.records.Ending`)
     ending: str = ""
-    #: where its deck for another solver says its force; none is written of a test without
+    #: place of the force in its deck for another solver; empty: it has no deck
     deck_force: str = ""
-    #: place among the tests in help and tables, and whether it is on a strip along warp or weft
+    #: position among the tests in help and tables; whether it is on a strip along warp or weft
     place: int = 100
     directional: bool = True
-    #: tools touch its specimen, which is a periodic cell: its steps are compiled for them
+    #: tools touch its specimen; its specimen is a periodic cell: kernels are compiled for them
     tools: bool = False
     periodic: bool = False
-    #: its forces hang on the shear of the fabric
+    #: its forces depend on the shear of the fabric
     shears: bool = False
-    #: options of the command for numbers of the rig: field and help by name
+    #: options of the command for numbers and for texts of the rig: field and help by name
     shortcuts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    #: the same for words
     texts: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
-    #: label and format of each result, in the order of tables; what grows with the specimen: the same without a size
+    #: label and format of each result, in the order of tables; results that grow with the specimen: the same per size
     labels: Mapping[str, Label] = field(default_factory=dict)
     sized: Mapping[str, str] = field(default_factory=dict)
-    #: results that say how well a run went, not what it found
+    #: results on the quality of a run
     diagnostic: tuple[str, ...] = ()
-    #: published quantities that it predicts, what lists of tuned rows call them, and the same row by another name
+    #: published quantities that it predicts, their names in lists of tuned rows, and other names of the same row
     published: tuple[str, ...] = ()
     row_names: Mapping[str, str] = field(default_factory=dict)
     other_names: Mapping[str, str] = field(default_factory=dict)
@@ -136,42 +132,41 @@ class TestKind:
     #: quantity of tables that measures a field of its rig
     measured: Mapping[str, str] = field(default_factory=dict)
 
-    #: files that it leaves besides those of every run: pictures, and tables (CSV)
+    #: additional files: pictures and tables (CSV)
     pictures: tuple[str, ...] = ()
     tables: tuple[str, ...] = ()
 
-    #: scales at which there is such a test
+    #: possible scales, the default one; ``module:name`` of the settings of presets; rig fields that a preset sets
     scales: tuple[str, ...] = ("macro", "meso")
-    #: scale unless one is asked for; ``module:name`` of what a preset sets; fields of the rig that a preset decides
     scale: str = "meso"
     presets: str = ""
     sizes: tuple[str, ...] = ()
-    #: field of the rig that is of the same piece as another: who states the other does not want a fabric's own
+    #: rig field of the same specimen as another: if the other is given, the default of the fabric does not apply
     tied: Mapping[str, str] = field(default_factory=dict)
-    #: fields that decide its results, by scale ({d}: the direction), and scales at which it returns its input
+    #: fields that decide its results, by scale ({d}: the direction); scales at which it only returns its input
     deciding: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     fed: tuple[str, ...] = ()
-    #: ``module:name`` of what its rows come from, where its runs are given more than the fabric
+    #: ``module:name`` of the origin of its rows, if its runs depend on more than the fabric
     origin: str = ""
 
-    #: gates of its own by key, and fields of its rig that a gate hangs on with the sign of the looser side
+    #: own quality checks by key, and rig fields on which a check depends, with the sign of the looser side
     gates: tuple[str, ...] = ()
     hinges: Mapping[str, int] = field(default_factory=dict)
-    #: ``module:name`` of the rules of advice by gate, where those of all tests do not hold
+    #: ``module:name`` of own rules of advice by quality check
     advice: str = ""
-    #: field that is halved to see whether the speed matters, with its unit, by scale; change that counts as converged
+    #: field that is halved to study the influence of speed, with its unit, by scale; change that counts as converged
     halved: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     converged: float = 0.02
-    #: whether it is a row of the speed study if none is asked for
+    #: whether the speed study has it by default
     studied: bool = False
-    #: its part of ``knittest regress``
+    #: part in ``knittest regress``
     regression: Regression = field(default_factory=lambda: Regression())
-    #: ``module:name`` of how files of a testing machine are read
+    #: ``module:name`` of the reader of files of a testing machine
     laboratory: str = ""
 
     @property
     def own_fields(self) -> dict[str, str]:
-        """Fields of the options that only its command has, by their names in Python."""
+        """Rig fields of the options that only its command has, by their names in Python."""
         return {name.replace("-", "_"): field for name, (field, _) in {**self.shortcuts, **self.texts}.items()}
 
     def load(self, part: str) -> Any:
@@ -182,24 +177,26 @@ class TestKind:
 
 @cache
 def kinds() -> Mapping[str, TestKind]:
-    """Read the records of all installed tests, by name and in their order.
-
-    Raises :class:`InputError` where one cannot be loaded, two have one name or label a result differently, or a test
-    of knittest itself is not installed.
-    """
+    """Records of all installed tests by name; raises :class:`InputError` for a broken, missing or duplicate one."""
     entries: dict[str, EntryPoint] = {}
     for entry in _entries():
         other = entries.setdefault(entry.name, entry)
         if other.value != entry.value:
             offers = f"{_package(other)} and {_package(entry)}"
-            raise InputError(f"test {entry.name}: two packages offer it, {offers}: uninstall one")
-    _refuse_missing({entry.value.partition(":")[0] for entry in entries.values()})
+            raise InputError(f"test {entry.name} is in two packages, {offers}: uninstall one of them")
+    stated = {entry.value.partition(":")[0] for entry in entries.values()}
+    here = {f"knittest.laboratory.{path.parent.name}.kind" for path in PACKAGE.glob("laboratory/*/kind.py")}
+    if missing := sorted(here - stated):
+        raise InputError(
+            f"tests of knittest are not installed ({', '.join(missing)}): the installation is older than the code, or "
+            f"missing; run: pip install {PACKAGE.parent} (with -e for a checkout)"
+        )
     found = {name: _record(entry) for name, entry in entries.items()}
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].place, item[0]))))
 
 
 def _entries() -> Iterator[EntryPoint]:
-    """Entry points of all tests; in a checkout its own are those that it states, whatever it stated when installed."""
+    """Entry points of all tests; those of a checkout are read from its pyproject.toml, not from its installation."""
     own = _of_checkout(PACKAGE.parent / "pyproject.toml")
     yield from own
     for entry in entry_points(group=GROUP):
@@ -208,7 +205,7 @@ def _entries() -> Iterator[EntryPoint]:
 
 
 def _of_checkout(path: Path) -> list[EntryPoint]:
-    """Entry points of tests in the pyproject.toml of a checkout at ``path``; none where there is no checkout."""
+    """Entry points of tests in the pyproject.toml of a checkout at ``path``; none without a checkout."""
     if not path.is_file():
         return []
     project = tomllib.loads(path.read_text(encoding="utf-8")).get("project", {})
@@ -222,7 +219,7 @@ def _record(entry: EntryPoint) -> TestKind:
     if not isinstance(record, TestKind):
         raise InputError(f"{where}: expected a knittest.base.kinds.TestKind, found a {type(record).__name__}")
     if record.name != entry.name:
-        raise InputError(f"{where}: its record is named {record.name}: name both alike")
+        raise InputError(f"{where}: its record is named {record.name}: give both the same name")
     return record
 
 
@@ -235,11 +232,11 @@ def _object(path: str, where: str) -> Any:
     except Exception as error:  # a package of somebody else may fail in any way
         if is_out_of_memory(error):
             raise
-        raise InputError(f"{where}: cannot be loaded: {error}: repair or uninstall the package") from error
+        raise InputError(f"{where} cannot be loaded: {error}: repair or uninstall the package") from error
 
 
 def package_digest(kind: TestKind) -> dict[str, str]:
-    """Digest of the sources of the packages that the test of ``kind`` comes from, where they are not knittest."""
+    """Digest of the sources of the packages of the test ``kind``, without knittest."""
     parts = (kind.run, kind.test, kind.report)
     packages = sorted({part.partition(":")[0].partition(".")[0] for part in parts} - {PACKAGE.name})
     if not packages:
@@ -260,20 +257,8 @@ def _package(entry: EntryPoint) -> str:
     return f"{entry.dist.name} {entry.dist.version}"
 
 
-def _refuse_missing(stated: set[str]) -> None:
-    """Raise :class:`InputError` where a folder of the laboratory holds a record that no entry point names."""
-    here = {f"knittest.laboratory.{path.parent.name}.kind" for path in PACKAGE.glob("laboratory/*/kind.py")}
-    if missing := sorted(here - stated):
-        raise InputError(
-            f"knittest's own tests are not installed ({', '.join(missing)}): the entry points of its installation are "
-            f"older than its code, or there is none; run: pip install {PACKAGE.parent} (with -e for a checkout)"
-        )
-
-
 class Parts(Mapping[str, T]):
-    """A part of each test by the test's name, made by ``make`` when it is asked for and kept; of those tests whose
-    record has a ``part``, if one is named.
-    """
+    """Lazy mapping from test to the object that ``make`` makes of its record; only tests with a ``part``, if named."""
 
     def __init__(self, make: Callable[[TestKind], T], part: str = "") -> None:
         self._make, self._part, self._made = make, part, dict[str, T]()
@@ -294,39 +279,38 @@ class Parts(Mapping[str, T]):
 
 
 class Joined(Mapping[str, T]):
-    """Entries of all tests in one: of their records' maps ``part``; two that state one differently are refused."""
+    """Joined mappings ``part`` of all records; raises :class:`InputError` if two tests contradict each other."""
 
     def __init__(self, part: str, more: Mapping[str, T] = _NONE) -> None:
-        self._part, self._more, self._all = part, more, dict[str, T]()
+        self._part, self._more = part, more
 
     def __getitem__(self, name: str) -> T:
-        return self._joined()[name]
+        return self._all[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._joined())
+        return iter(self._all)
 
     def __len__(self) -> int:
-        return len(self._joined())
+        return len(self._all)
 
-    def _joined(self) -> dict[str, T]:
-        if not self._all:
-            found = dict(self._more)
-            for kind in kinds().values():
-                for name, value in getattr(kind, self._part).items():
-                    if found.setdefault(name, value) != value:
-                        raise InputError(
-                            f"test {kind.name}: {self._part}: {name} is {found[name]!r} of another test: state the "
-                            "same, or choose another name"
-                        )
-            self._all = found
-        return self._all
+    @cached_property
+    def _all(self) -> dict[str, T]:
+        found = dict(self._more)
+        for kind in kinds().values():
+            for name, value in getattr(kind, self._part).items():
+                if found.setdefault(name, value) != value:
+                    raise InputError(
+                        f"test {kind.name}: {self._part}: {name} is {found[name]!r} in another test: use the same, or "
+                        "choose another name"
+                    )
+        return found
 
 
 def listed(part: str) -> tuple[str, ...]:
-    """Entries of all tests' tuples ``part``, each once."""
+    """Entries of the tuples ``part`` of all records, each once."""
     return tuple(dict.fromkeys(name for kind in kinds().values() for name in getattr(kind, part)))
 
 
 def names(part: str = "") -> list[str]:
-    """Names of the tests, of those whose record has a ``part`` if one is named."""
+    """Names of the tests; only those whose record has a ``part``, if named."""
     return [name for name, kind in kinds().items() if not part or getattr(kind, part)]

@@ -1,26 +1,27 @@
-"""Text that fits the width of a terminal: tables whose cells wrap, lines that go on indented; nothing is cut."""
+"""Text for the width of a terminal: tables with wrapped cells, lines with indented continuation; nothing is cut."""
 
 import os
 import re
 import shutil
 import textwrap
 from collections.abc import Collection, Sequence
+from itertools import zip_longest
 from pathlib import Path
 from typing import TextIO
 
-#: a cell that is too long for its column may also be broken behind these
+#: characters after which a long cell may be broken
 _JOINTS = re.compile(r"(?<=[/\-_=,])(?=.)")
 
 
 def width_of(stream: TextIO) -> int | None:
-    """Columns that a line on ``stream`` may take: those of a terminal or of COLUMNS; None for a pipe or a file."""
+    """Columns of a line on ``stream``: those of a terminal or of COLUMNS; None for a pipe or a file."""
     if "COLUMNS" in os.environ or stream.isatty():
         return shutil.get_terminal_size().columns
     return None
 
 
 def wrapped(line: str, width: int | None) -> list[str]:
-    """``line`` as lines of at most ``width``, the further ones indented; a word that is longer stays whole."""
+    """Wrap ``line`` to ``width``, further lines indented; a longer word stays whole."""
     if width is None or len(line) <= width:
         return [line]
     indent = " " * (len(line) - len(line.lstrip()) + 2)
@@ -32,26 +33,23 @@ def wrapped(line: str, width: int | None) -> list[str]:
 def table(
     rows: Sequence[Sequence[str]], width: int | None = None, right: Collection[int] = (), indent: str = ""
 ) -> list[list[str]]:
-    """Lines of each of ``rows`` (the first is the head), in columns, those of ``right`` aligned to the right.
-
-    Where the table is wider than ``width``, its widest columns wrap.
-    """
+    """Lines of each of ``rows`` in columns, those of ``right`` right-aligned; a table beyond ``width`` wraps."""
     gap, widths = _widths(rows, None if width is None else width - len(indent))
     return [[indent + line for line in _row_lines(row, widths, right, gap)] for row in rows]
 
 
 def nearest(path: Path | str) -> str:
-    """``path`` as seen from the working directory, where that is shorter."""
+    """Path relative to the working directory, if that is shorter."""
     text = str(path)
     try:
         relative = os.path.relpath(text)
-    except (OSError, ValueError):  # the working directory is gone; another drive
+    except (OSError, ValueError):  # no working directory; another drive
         return text
     return relative if len(relative) < len(text) else text
 
 
 def _widths(rows: Sequence[Sequence[str]], width: int | None) -> tuple[str, list[int]]:
-    """Gap between the columns, and their widths: the widest ones give way, down to their longest word, then below."""
+    """Gap and widths of the columns; the widest ones shrink to their longest word, then below."""
     columns = list(zip(*rows, strict=True))
     natural = [max(map(len, column)) for column in columns]
     words = [max((len(word) for cell in column for word in cell.split()), default=0) for column in columns]
@@ -76,18 +74,17 @@ def _parts(cell: str) -> list[str]:
 def _row_lines(row: Sequence[str], widths: Sequence[int], right: Collection[int], gap: str) -> list[str]:
     cells = [_cell_lines(cell, width) for cell, width in zip(row, widths, strict=True)]
     lines = []
-    for k in range(max(map(len, cells))):
-        padded = [
-            (cell[k] if k < len(cell) else "").rjust(width) if column in right else
-            (cell[k] if k < len(cell) else "").ljust(width)
-            for column, (cell, width) in enumerate(zip(cells, widths, strict=True))
-        ]  # fmt: skip
+    for parts in zip_longest(*cells, fillvalue=""):
+        padded = (
+            part.rjust(width) if column in right else part.ljust(width)
+            for column, (part, width) in enumerate(zip(parts, widths, strict=True))
+        )
         lines.append(gap.join(padded).rstrip())
     return lines
 
 
 def _cell_lines(cell: str, width: int) -> list[str]:
-    """``cell`` in lines of at most ``width``, broken at spaces, and within a longer word at its joints."""
+    """Break ``cell`` into lines of at most ``width``, at spaces, and in a longer word at its joints."""
     lines = [""]
     for word in cell.split():
         if lines[-1] and len(lines[-1]) + 1 + len(word) <= width:

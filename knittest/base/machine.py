@@ -1,4 +1,4 @@
-"""Machine of a run: processor time that its host takes, and names and passwords that files must not hold."""
+"""Machine of a run: processor time lost to its host; host name and passwords in files."""
 
 import os
 import re
@@ -9,11 +9,9 @@ STAT = Path("/proc/stat")
 
 
 def processor_ticks(stat: Path = STAT) -> tuple[int, int] | None:
-    """Ticks that a host has taken from all processors since the start, and all ticks; None where no system tells.
-
-    Fields of ``/proc/stat`` (proc(5)): user, nice, system, idle, iowait, irq, softirq, steal; guests are in user.
-    """
+    """Ticks that the host has taken from all processors (steal), and all ticks, of ``/proc/stat``; None if unknown."""
     try:
+        # user, nice, system, idle, iowait, irq, softirq, steal (proc(5)); guests are in user
         name, *fields = stat.read_text().split("\n", 1)[0].split()
         ticks = [int(field) for field in fields[:8]]
     except (OSError, ValueError):
@@ -22,7 +20,7 @@ def processor_ticks(stat: Path = STAT) -> tuple[int, int] | None:
 
 
 def taken_share(before: tuple[int, int] | None, after: tuple[int, int] | None) -> float | None:
-    """Share of the processors' time that the host took between two looks; None where it is not known."""
+    """Share of processor time that the host took between two readings; None if unknown."""
     if before is None or after is None or after[1] <= before[1]:
         return None
     return (after[0] - before[0]) / (after[1] - before[1])
@@ -36,10 +34,10 @@ _IN_QUERY = re.compile(r"([?&][^=&\s]*(?:pass|pwd|secret|token|key)[^=&\s]*=)[^&
 
 
 def without_passwords(text: str) -> str:
-    """``text`` with :data:`HIDDEN` for the password of every URL in it, also of one in its query."""
+    """Replace the password of every URL in ``text``, also in its query, by :data:`HIDDEN`."""
     return _IN_QUERY.sub(rf"\g<1>{HIDDEN}", _PASSWORD.sub(rf"\g<1>{HIDDEN}@", text))
 
 
 def host_name() -> str:
-    """Name of this machine in files: its own, or what ``KNITTEST_HOST`` says in its place, which may be nothing."""
+    """Name of this machine in files: ``KNITTEST_HOST``, which may be empty, else its own."""
     return os.environ.get(HOST_VARIABLE, socket.gethostname())

@@ -1,4 +1,4 @@
-"""Progress and notes of a run: a bar on a terminal, plain lines in a pipe, a line of a notebook's cell."""
+"""Progress and messages of a run: a bar on a terminal, lines in a pipe, one line in a notebook cell."""
 
 import math
 import sys
@@ -6,24 +6,23 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from types import TracebackType
-from typing import Any, Generic, Protocol, Self, TextIO, TypeVar
+from typing import Any, Generic, Self, TextIO, TypeVar
 
 
 def in_notebook() -> bool:
-    """Tell whether a notebook's kernel runs this code."""
+    """Tell whether the kernel of a notebook runs this code."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return shell is not None and "IPKernelApp" in shell.config
 
 
 class CellText:
-    """A text in the output of the cell that first shows it."""
+    """Text in the output of the notebook cell that first shows it."""
 
     def __init__(self) -> None:
         self._handle: Any = None
 
     def show(self, text: str) -> None:
-        """Show ``text`` in place of the one before."""
+        """Replace the text by ``text``."""
         from IPython.display import display
 
         if self._handle is None:
@@ -33,18 +32,17 @@ class CellText:
 
 
 _REFRESH_S = 0.1
-#: columns of a bar, and of its percents with the gaps of a line
+#: columns of the bar, and of its percentage with gaps
 SHORTEST, LONGEST, SHARE = 10, 30, 8
-#: kinetic energy over work above which the work has hardly begun
+#: kinetic energy over work above which the ratio has no meaning yet
 MEANT = 1.0
 
 
 @dataclass(frozen=True)
 class Status:
-    """State of a simulation on its way: share done, simulated time [ms], step [us], kinetic energy over work, seconds
-    left.
+    """State of a running simulation: share done, simulated time [ms], step [us], kinetic energy over work, time left.
 
-    Share and seconds count to the end of the rig's motion; a test ``until_failure`` mostly ends before.
+    Share and time left [s] refer to the whole motion of the rig; a test ``until_failure`` usually ends before.
     """
 
     fraction: float
@@ -55,7 +53,7 @@ class Status:
     until_failure: bool = False
 
     def text(self) -> str:
-        """One line, without the share done."""
+        """Text on one line, without the share done."""
         eta, failure, *rest = self._parts()
         return "  ".join(filter(None, [eta + failure, *rest]))
 
@@ -68,20 +66,19 @@ class Status:
         return eta
 
     def _parts(self) -> list[str]:
-        """Time left, that a failure may end it, time, step and kinetic energy, as far as they are told."""
-        going = self.fraction < 1.0  # at the end the gates tell, and what is broken flies apart
+        """Time left, note on failure, time, step and kinetic energy, as far as they are known."""
+        going = self.fraction < 1.0  # at the end broken parts fly apart
         eta = f"ETA {duration(self.eta_s)}" if going else ""
         failure = " or until failure" if going and self.until_failure else ""
-        if math.isnan(self.time_ms):  # of a run in another process
+        if math.isnan(self.time_ms):  # run in another process
             return [eta, failure]
-        # before the first work, or of what only falls so far, the ratio means nothing
         share = f"{self.kinetic_ratio * 100:.2g} %" if self.kinetic_ratio <= MEANT else "-"
         ratio = [f"kinetic/work {share}"] if going else []
         return [eta, failure, f"time {self.time_ms:.3f} ms", f"step {self.step_us:.3g} us", *ratio]
 
 
-class Display(Protocol):
-    """Shows the phase under way and says lines."""
+class Display:
+    """Display of the current phase and of lines; subclasses say where."""
 
     interval: float
 
@@ -89,16 +86,16 @@ class Display(Protocol):
         """Show the phase ``text``, whose end is not known."""
 
     def show(self, text: str, status: Status) -> None:
-        """Show how far it is."""
+        """Show the progress of a phase."""
 
     def end(self) -> None:
-        """Show no phase."""
+        """End the phase."""
 
     def say(self, text: str) -> None:
         """Write a line that stays."""
 
     def close(self) -> None:
-        """Leave what was said."""
+        """Remove the bar."""
 
 
 def display_on(stream: TextIO | None, interval: float) -> Display | None:
@@ -111,8 +108,8 @@ def display_on(stream: TextIO | None, interval: float) -> Display | None:
     return _Bar(stream) if stream.isatty() else _Lines(stream, interval)
 
 
-class _Cell:
-    """One line in a notebook's cell, which tells the present phase, at last how long the last one took."""
+class _Cell(Display):
+    """One line in a notebook cell: the current phase, at last how long the last one took."""
 
     interval = 0.5
 
@@ -122,25 +119,17 @@ class _Cell:
     def begin(self, text: str) -> None:
         self._text.show(text)
 
+    say = begin
+
     def show(self, text: str, status: Status) -> None:
-        self._text.show(f"{text}  {status.fraction * 100:3.0f} %  {status.text()}".rstrip())
-
-    def end(self) -> None:
-        pass
-
-    def say(self, text: str) -> None:
-        self._text.show(text)
-
-    def close(self) -> None:
-        pass
+        self.say(f"{text}  {status.fraction * 100:3.0f} %  {status.text()}".rstrip())
 
 
-class _Lines:
+class _Lines(Display):
     """Plain lines, for a pipe, a log or CI."""
 
     def __init__(self, stream: TextIO, interval: float) -> None:
-        self._stream = stream
-        self.interval = interval
+        self._stream, self.interval = stream, interval
 
     def begin(self, text: str) -> None:
         write_line(self._stream, text)
@@ -149,18 +138,11 @@ class _Lines:
         if math.isfinite(status.eta_s):
             write_line(self._stream, f"{status.fraction * 100:4.0f} %  {status.text()}".rstrip())
 
-    def end(self) -> None:
-        pass
-
-    def say(self, text: str) -> None:
-        write_line(self._stream, text)
-
-    def close(self) -> None:
-        pass
+    say = begin
 
 
-class _Bar:
-    """A live bar of rich; drawn by the calls only, without a thread that could fail on its own."""
+class _Bar(Display):
+    """Live bar of rich; only the calls draw it, because a thread could fail on its own."""
 
     interval = _REFRESH_S
 
@@ -171,12 +153,9 @@ class _Bar:
 
         self._console = Console(file=stream, highlight=False, markup=False)
         self._drawn = BarColumn(bar_width=LONGEST)
-        columns = (
-            TextColumn("{task.description}", markup=False),
-            self._drawn,
-            TextColumn("{task.fields[share]}", markup=False),
-            TextColumn("{task.fields[status]}", markup=False),
-        )
+        fields = ("description", "fields[share]", "fields[status]")
+        columns: list[Any] = [TextColumn(f"{{task.{field}}}", markup=False) for field in fields]
+        columns.insert(1, self._drawn)
         self._bar = RichProgress(*columns, console=self._console, auto_refresh=False, transient=True)
         self._task = self._bar.add_task("", total=None, share="", status="", visible=False)
 
@@ -188,17 +167,11 @@ class _Bar:
 
     def show(self, text: str, status: Status) -> None:
         self._bar.start()
-        share = f"{status.fraction * 100:3.0f} %"
-        named, self._drawn.bar_width, told = fitted(text, status, self._console.width)
+        name, self._drawn.bar_width, rest = fitted(text, status, self._console.width)
         self._bar.update(
-            self._task,
-            description=named,
-            total=1.0,
-            completed=status.fraction,
-            share=share,
-            status=told,
-            visible=True,
-        )
+            self._task, description=name, total=1.0, completed=status.fraction, status=rest, visible=True,
+            share=f"{status.fraction * 100:3.0f} %",
+        )  # fmt: skip
         self._bar.refresh()
 
     def end(self) -> None:
@@ -212,20 +185,16 @@ class _Bar:
 
 
 def fitted(text: str, status: Status, width: int) -> tuple[str, int, str]:
-    """Name of a phase, columns of its bar and what is said behind its percents, in a line of ``width`` columns.
-
-    The bar gets shorter first, then what is said, then the name.
-    """
+    """Name, bar columns and status of a phase within ``width``; a narrow line shortens bar, status, then name."""
     room = width - SHARE - len(text)
-    told = status.fitting(room - SHORTEST)
-    bar = max(SHORTEST, min(LONGEST, room - len(told)))
-    most = width - SHARE - bar - len(told)
-    named = text if len(text) <= most else f"{text[: max(most - 1, 0)]}…"
-    return named, bar, told
+    shown = status.fitting(room - SHORTEST)
+    bar = max(SHORTEST, min(LONGEST, room - len(shown)))
+    most = width - SHARE - bar - len(shown)
+    return (text if len(text) <= most else f"{text[: max(most - 1, 0)]}…"), bar, shown
 
 
 def duration(seconds: float) -> str:
-    """``0:07``, ``12:30`` or ``2:03:00``; ``-:--`` while unknown."""
+    """Time such as ``0:07``, ``12:30`` or ``2:03:00``; ``-:--`` while unknown."""
     if not math.isfinite(seconds):
         return "-:--"
     minutes, rest = divmod(round(max(seconds, 0.0)), 60)
@@ -234,7 +203,7 @@ def duration(seconds: float) -> str:
 
 
 def write_line(stream: TextIO, text: str) -> None:
-    """Write ``text`` as a line of its own, at once."""
+    """Write ``text`` as a line, at once."""
     stream.write(text + "\n")
     stream.flush()
 
@@ -243,7 +212,7 @@ D = TypeVar("D")
 
 
 class OnDisplay(Generic[D]):
-    """Base of what is shown on a display of type ``D``, or on none; a closed stream silences it, never the run."""
+    """Base of output on a display of type ``D``, or on none; a closed stream ends the output, never the run."""
 
     _display: D | None = None
 
@@ -257,21 +226,17 @@ class OnDisplay(Generic[D]):
 
 
 class Progress(OnDisplay[Display]):
-    """Phases of a run and the progress within one; a context manager.
+    """Context manager for the phases of a run and the progress within one.
 
-    :meth:`phase` ends the phase before it and names the next one, ``compiling kernels (once, about 20 s)``;
-    :meth:`update` turns the phase into one with a known end.
+    :meth:`phase` ends the previous phase and names the next one, such as ``compiling kernels (once, about 20 s)``;
+    :meth:`update` gives the phase a known end.
     """
 
     def __init__(
-        self,
-        *,
-        quiet: bool = False,
-        stream: TextIO | None = None,
-        interval: float = 5.0,
+        self, *, quiet: bool = False, stream: TextIO | None = None, interval: float = 5.0,
         clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        """Show on ``stream`` (standard error, or the cell of a notebook); ``interval`` [s] lies between plain lines."""
+    ) -> None:  # fmt: skip
+        """Show on ``stream`` (default: standard error, or the notebook cell), plain lines every ``interval`` [s]."""
         self._clock = clock
         if not quiet:
             self._display = display_on(stream, interval)
@@ -283,17 +248,14 @@ class Progress(OnDisplay[Display]):
         self._last: Status | None = None  # of the phase
 
     def phase(self, text: str, *, until_failure: bool = False) -> None:
-        """Begin a phase, which a failure of the specimen may end; the one before it ends with the time it took."""
+        """Begin a phase, which a failure of the specimen may end; the previous one ends with its time."""
         self._end_phase()
         self._phase, self._began, self._first, self._shown = text, self._clock(), None, -math.inf
         self._last, self._until_failure = None, until_failure
         self._safely(lambda display: display.begin(text))
 
     def update(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Report the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-].
-
-        The last three are NaN where only the share is known.
-        """
+        """Report the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work (or nan)."""
         now = self._clock()
         if self._first is None:
             self._first = (now, fraction)
@@ -305,26 +267,24 @@ class Progress(OnDisplay[Display]):
         self._safely(lambda display: display.show(self._phase or "running", status))
 
     def ended(self, text: str, seconds: float) -> None:
-        """Tell that ``text``, which went on elsewhere, took ``seconds``; a phase that waited for it is over."""
+        """Report that ``text``, in another process, took ``seconds``; it ends a phase that waited for it."""
         self._phase = None
         self.say(f"{text}: done in {seconds:.1f} s")
 
     def say(self, text: str) -> None:
-        """Tell ``text``, in the middle of a phase or between two."""
+        """Write the line ``text``, in or between phases."""
         self._safely(lambda display: display.say(text))
 
     def done(self) -> None:
-        """End the last phase and take the bar away."""
+        """End the last phase and remove the bar."""
         self._end_phase()
         self._safely(lambda display: display.close())
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if error is not None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
             self._phase = None  # it did not end, so it is not reported as ended
         self.done()
 
@@ -332,9 +292,7 @@ class Progress(OnDisplay[Display]):
         if self._phase is not None:
             text, seconds = self._phase, self._clock() - self._began
             self._phase = None
-            if (
-                self._last is not None and self._last.fraction < 1.0
-            ):  # the end of the test is 100 %, however far it went
+            if self._last is not None and self._last.fraction < 1.0:  # the end of the test is 100 %, wherever it is
                 whole = replace(self._last, fraction=1.0, eta_s=0.0)
                 self._safely(lambda display: display.show(text, whole))
             self._safely(lambda display: display.end())
@@ -347,6 +305,6 @@ class Progress(OnDisplay[Display]):
 
 
 def tell(text: str) -> None:
-    """Print ``text`` as a line of knittest; where nobody listens any more, nothing happens."""
+    """Print ``text`` as a line of knittest on standard error, unless that is closed."""
     with suppress(OSError, ValueError, AttributeError):  # stderr full, closed, or not there at all
         print(f"knittest: {text}", file=sys.stderr, flush=True)

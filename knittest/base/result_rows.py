@@ -1,6 +1,4 @@
-"""Results beside the experiment as a person reads them: labels, digits, deviation, kind, verdict; the error of a mean
-of few specimens.
-"""
+"""Rows of the result table: labels, digits, deviation from the experiment, kind, verdict; error of the mean."""
 
 import math
 import statistics
@@ -11,14 +9,13 @@ from typing import cast
 from knittest.base.kinds import Joined
 from knittest.base.summary import ComparisonRow, Spread, Summary, Value
 
-#: probability that the mean of all specimens there could be lies within the error
+#: confidence level of the interval of a mean
 CONFIDENCE = 0.95
 
 
 def mean_error(value: Value) -> float:
-    """Half of the interval of Student's t that holds the mean of all specimens there could be, by those of ``value``.
-
-    0 of a single number, which is no mean; of specimens that lack a value not known (nan).
+    """Half width of the confidence interval (Student's t) of the mean of ``value``; 0 for a single number, else nan if
+    it is unknown.
 
     >>> round(mean_error({"mean": 3.0, "sd": 2.0**0.5, "values": [2.0, 4.0]}), 2)
     12.71
@@ -35,38 +32,36 @@ def mean_error(value: Value) -> float:
 
 #: label and format of a result
 LABELS: Mapping[str, tuple[str, str]] = Joined("labels")
-#: results that grow with the specimen, and the same as no size enters it
+#: results that grow with the specimen, and the same per size
 SIZED: Mapping[str, str] = Joined("sized")
-#: what a kind of row is worth
+#: meaning of the kinds of rows
 KINDS = {
-    "tuned": "tuned: a parameter was fitted to this row, or chosen with it in view: it proves nothing by itself",
-    "input": "input: the model was given this row, or what it follows from",
-    "assumed": "assumed: what decides this row was assumed, or taken over from another fabric: it proves nothing",
+    "tuned": "tuned: a model parameter was fitted to or chosen by this value, so the agreement validates nothing",
+    "input": "input: the model was given this value, or the data from which it follows",
+    "assumed": "assumed: the value depends on assumptions or on data of another fabric, so it validates nothing",
 }
-#: what decides a row and is assumed
+#: note on assumed inputs of a row
 ON_ASSUMED = "on {} assumed input{}"
-
-
-#: verdict on a result whose numerical error reaches across the border
+#: verdict on a result whose numerical error crosses the limit
 UNRESOLVED = "unresolved: the numerical error crosses 1 sd"
-#: verdict on the mean of specimens that scatter so much that the mean of others might lie across the border
+#: verdict on the mean of specimens whose confidence interval crosses the limit
 FEW = "unresolved: too few specimens"
-#: what stands behind the deviation of a mean
+#: meaning of the error of a deviation
 OF_MEANS = "± of a deviation: 95 % interval of the mean of the specimens (Student's t), and numerical error if known"
-#: verdict where the experiment states no scatter, as of one specimen
+#: verdict if the experiment has no sd, as of one specimen
 UNSCATTERED = "sd not stated"
-#: verdict on a result that nothing was measured for
+#: verdict on a result without measurement
 NO_REFERENCE = "no reference"
-#: said of results none of which is compared, in place of empty columns
-NOTHING = "no reference: nothing was measured that these results could be compared with"
-#: verdict on a number that the run was given as such
+#: note instead of empty columns if no result is compared
+NOTHING = "no reference: there is no measurement for these results"
+#: verdict on a number that is a setting of the run
 GIVEN = "given"
-#: specimens of an ensemble up to which each is shown in place of their scatter, which so few do not tell
+#: largest number of specimens that are listed instead of their sd
 SIDE_BY_SIDE = 2
 
 
 def folded(results: Mapping[str, object]) -> dict[str, object]:
-    """Results as summary.json has them: ``name.key`` becomes the map ``name`` with ``key``."""
+    """Results as in summary.json: ``name.key`` becomes the map ``name`` with ``key``."""
     whole, maps = dict[str, object](), dict[str, dict[str, object]]()
     for quantity, value in results.items():
         name, dot, key = quantity.partition(".")
@@ -79,7 +74,7 @@ def folded(results: Mapping[str, object]) -> dict[str, object]:
 
 
 def unfolded(results: Mapping[str, object]) -> dict[str, Value]:
-    """The inverse of :func:`folded`: a number, or the mean, sd and values of an ensemble, for each ``name.key``."""
+    """Inverse of :func:`folded`: a number, or mean, sd and values of an ensemble, for each ``name.key``."""
     flat = dict[str, object]()
     for name, value in results.items():
         if isinstance(value, Mapping) and "values" not in value:
@@ -90,21 +85,19 @@ def unfolded(results: Mapping[str, object]) -> dict[str, Value]:
 
 
 def number_of(value: Value) -> float | None:
-    """Number of a result, of an ensemble its mean."""
+    """Number of a result; mean of an ensemble."""
     return value["mean"] if isinstance(value, Mapping) else value
 
 
 def spread_of(values: Sequence[float]) -> Spread:
-    """Mean, sd (0 for one) and ``values``; where one of them is not known (nan), neither mean nor sd is."""
+    """Mean, sd (0 for one) and ``values``; mean and sd are nan if a value is."""
     known = all(math.isfinite(value) for value in values)
     sd = (statistics.stdev(values) if known else math.nan) if len(values) > 1 else 0.0
     return Spread(mean=statistics.fmean(values), sd=sd, values=list(values))
 
 
 def of_nominal_size(value: Value, factors: Sequence[float]) -> Value:
-    """The result ``value`` for the nominal size: that of each specimen times its own of ``factors``, a mean times their
-    mean; as it is where there are none.
-    """
+    """Convert the result ``value`` to the nominal size, each specimen by its own of ``factors``."""
     if not factors or value is None:
         return value
     if not isinstance(value, Mapping):
@@ -115,7 +108,7 @@ def of_nominal_size(value: Value, factors: Sequence[float]) -> Value:
 
 
 def mean_factor(factors: Sequence[float]) -> float:
-    """Factor of a mean over specimens: harmonic, because sizes add up and not their inverses; 1 without ``factors``.
+    """Factor of a mean over specimens: harmonic mean, because sizes add up; 1 without ``factors``.
 
     >>> round(mean_factor([20.5 / 20, 20.5 / 21]), 12)
     1.0
@@ -125,10 +118,9 @@ def mean_factor(factors: Sequence[float]) -> float:
 
 @dataclass(frozen=True)
 class ResultRow:
-    """One result as text, "-" where there is nothing; ``value`` is the number, the mean of an ensemble.
+    """Result as text, "-" if there is none; ``value`` is the number, or mean of an ensemble, for the nominal size.
 
-    ``assumed`` are the fields that decide a compared row and that are assumed; ``error`` is the numerical error, where
-    it was estimated. A compared number is that of the specimen's nominal size.
+    ``assumed`` are the assumed fields that decide a compared row; ``error`` is the numerical error, if known.
     """
 
     quantity: str
@@ -144,18 +136,18 @@ class ResultRow:
 
     @property
     def on_assumed(self) -> str:
-        """``on 2 assumed inputs`` for a prediction that hangs on some, else empty."""
+        """Note such as ``on 2 assumed inputs`` on a prediction that depends on some, else empty."""
         count = len(self.assumed)
         return ON_ASSUMED.format(count, "s" * (count > 1)) if self.kind == "predicted" and count else ""
 
     @property
     def kind_told(self) -> str:
-        """The kind, and of a prediction the number of assumed inputs that decide it."""
+        """Kind, with the number of assumed inputs of a prediction."""
         return f"{self.kind}, {self.on_assumed}" if self.on_assumed else self.kind
 
 
 def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
-    """One row a result of ``summary`` (summary.json); those of a ``refused`` run are compared with nothing."""
+    """One row per result of ``summary`` (summary.json); results of a ``refused`` run are not compared."""
     compared = {row["quantity"]: row for row in summary["comparison"]}
     alone, errors = summary.get("kinds") or {}, summary.get("numerical_error") or {}
     rows = []
@@ -164,11 +156,11 @@ def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> l
         factors = (compared[quantity].get("factors") or ()) if quantity in compared and not refused else ()
         value, error = of_nominal_size(value, factors), errors[quantity].get("error") if quantity in errors else None
         error = None if error is None else mean_factor(factors) * error
-        tail = _judged(compared.get(quantity), form, plus_minus, _Errors(error, mean_error(value)), refused=refused)
+        tail = _judged(compared.get(quantity), form, plus_minus, error, mean_error(value), refused=refused)
         if quantity in alone and not refused:
             tail = ("-", "-", alone[quantity], NO_REFERENCE)
         if errors and error is None and tail[-1].endswith("1 sd"):
-            tail = (*tail[:-1], f"{tail[-1]}, numerical error not known")
+            tail = (*tail[:-1], f"{tail[-1]}, numerical error unknown")
         own = compared.get(quantity) or (summary if quantity in alone else None)
         guessed = tuple(own.get("assumed") or ()) if own else ()
         simulated = _simulated(value, form, plus_minus, error)
@@ -177,52 +169,37 @@ def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> l
 
 
 def assumed_inputs(summary: Summary, rows: Sequence[ResultRow]) -> list[str]:
-    """Assumed inputs that decide ``rows`` of ``summary`` whose kind hangs on them, or all results of a test that
-    nothing is compared of; each once.
-    """
-    told = dict.fromkeys(field for row in rows if row.kind in ("predicted", "assumed") for field in row.assumed)
-    return list(told or (summary.get("assumed") or () if all(row.kind == "-" for row in rows) else ()))
+    """Assumed inputs that decide predicted or assumed ``rows``, or all results if none is compared; each once."""
+    found = dict.fromkeys(field for row in rows if row.kind in ("predicted", "assumed") for field in row.assumed)
+    return list(found or (summary.get("assumed") or () if all(row.kind == "-" for row in rows) else ()))
 
 
 def error_text(error: float, form: str) -> str:
-    """An error in the format of its result, with two digits of its own where that would show none."""
+    """Error in the format of its result, or with two digits if that would show 0."""
     text = form.format(error)
     return f"{error:.2g}" if error > 0.0 and float(text) == 0.0 else text
 
 
 def _simulated(value: Value, form: str, plus_minus: str, error: float | None = None) -> str:
-    """A number with its numerical ``error``; of an ensemble mean, count and sd, of a small one values for the sd."""
-    if isinstance(value, Mapping):
-        mean, sd, count = _number(value["mean"], form), _number(value["sd"], form), len(value["values"])
-        told = "" if error is None else f", numerical {plus_minus} {error_text(error, form)}"
-        if count <= SIDE_BY_SIDE:
-            return f"{mean} (n {count}: {', '.join(_number(v, form) for v in value['values'])}){told}"
-        return f"{mean} {plus_minus} {sd} (n {count}){told}"
-    return _number(value, form) + ("" if error is None else f" {plus_minus} {error_text(error, form)}")
-
-
-@dataclass(frozen=True)
-class _Errors:
-    """Errors of a result in its unit: the numerical one, where it was estimated, and that of a mean of specimens."""
-
-    numerical: float | None
-    sampling: float
-
-    @property
-    def whole(self) -> float | None:
-        """Both added up, None where there is none."""
-        return None if self.numerical is None and self.sampling == 0.0 else (self.numerical or 0.0) + self.sampling
+    """Text of a number with its numerical ``error``; of an ensemble mean, count and sd, or the values of a few."""
+    if not isinstance(value, Mapping):
+        return _number(value, form) + ("" if error is None else f" {plus_minus} {error_text(error, form)}")
+    mean, sd, count = _number(value["mean"], form), _number(value["sd"], form), len(value["values"])
+    tail = "" if error is None else f", numerical {plus_minus} {error_text(error, form)}"
+    if count <= SIDE_BY_SIDE:
+        return f"{mean} (n {count}: {', '.join(_number(v, form) for v in value['values'])}){tail}"
+    return f"{mean} {plus_minus} {sd} (n {count}){tail}"
 
 
 def _judged(
-    row: ComparisonRow | None, form: str, plus_minus: str, errors: _Errors, *, refused: bool
+    row: ComparisonRow | None, form: str, plus_minus: str, numerical: float | None, sampling: float, *, refused: bool
 ) -> tuple[str, str, str, str]:
-    """Experiment, deviation, kind and verdict of one row."""
+    """Experiment, deviation, kind and verdict of a row, with its ``numerical`` and ``sampling`` error in its unit."""
     if refused:
         return "-", "-", "-", "refused"
     if row is None:
         return "-", "-", "-", NO_REFERENCE
-    error = errors.whole
+    error = None if numerical is None and sampling == 0.0 else (numerical or 0.0) + sampling
     mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
     scaled = f" ({row['scaled']})" if row.get("scaled") else ""
     if row.get("given"):
@@ -231,42 +208,42 @@ def _judged(
         percent = _percent(row.get("simulated"), row["experiment_mean"], error, plus_minus)
         return mean + scaled, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
     share = 0.0 if error is None else error / row["experiment_sd"]
-    told = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
-    # what the model was given says nothing of the model, wherever its error reaches
+    tail = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
+    # the error of an input does not matter
     verdict = verdict_of(deviation, 0.0 if row["kind"] == "input" else share)
-    if verdict == UNRESOLVED and verdict_of(deviation, (errors.numerical or 0.0) / row["experiment_sd"]) != UNRESOLVED:
+    if verdict == UNRESOLVED and verdict_of(deviation, (numerical or 0.0) / row["experiment_sd"]) != UNRESOLVED:
         verdict = FEW
-    return _experiment(row, form, plus_minus) + scaled, f"{deviation:+.2f}{told} sd", row["kind"], verdict
+    return _experiment(row, form, plus_minus) + scaled, f"{deviation:+.2f}{tail} sd", row["kind"], verdict
 
 
 def _experiment(row: ComparisonRow, form: str, plus_minus: str) -> str:
-    """Mean and sd of the experiment; the mean alone where no sd is stated."""
+    """Mean of the experiment, with sd if it has one."""
     sd = row.get("experiment_sd")
     scatter = f" {plus_minus} {_number(sd, form)}" if sd and math.isfinite(sd) else ""
     return _number(row["experiment_mean"], form) + scatter
 
 
-#: numbers up to which are rounding
+#: largest number that is rounding
 ROUNDING = 1e-6
 
 
 def verdict_of(deviation: float, error: float = 0.0) -> str:
-    """Verdict: within or outside one sd of the experiment, wherever in its ``error`` (both in sd) it is."""
+    """Verdict on a ``deviation`` with its ``error`` [sd]: within or outside one sd of the experiment, or unresolved."""
     if abs(deviation) + error <= 1.0:
         return "within 1 sd"
     return "outside 1 sd" if abs(deviation) - error > 1.0 else UNRESOLVED
 
 
 def _percent(simulated: float | None, mean: float | None, error: float | None, plus_minus: str) -> str:
-    """Deviation with its numerical ``error`` in percent of the mean; empty where one of the two is no number."""
+    """Deviation with its ``error`` in percent of the mean; empty if it is no number."""
     if simulated is None or not mean or not math.isfinite(simulated / mean):
         return ""
-    told = "" if error is None else f" {plus_minus} {error_text(abs(100.0 * error / mean), '{:.1f}')}"
-    return f"{100.0 * (simulated / mean - 1.0):+.1f}{told} %"
+    tail = "" if error is None else f" {plus_minus} {error_text(abs(100.0 * error / mean), '{:.1f}')}"
+    return f"{100.0 * (simulated / mean - 1.0):+.1f}{tail} %"
 
 
 def _number(value: float | None, form: str) -> str:
-    """``value`` in the form of its quantity, or with two digits where that form leaves fewer of a small number."""
+    """Text of ``value`` by the format of its quantity, or with two digits if that shows fewer of a small number."""
     if value is None or not math.isfinite(value):
         return "-"
     text = form.format(value)

@@ -1,4 +1,4 @@
-"""Blocks of summary.json as types: what a run writes is what tables, pages and studies read."""
+"""Types of the blocks of summary.json."""
 
 from typing import Literal, NotRequired, TypedDict
 
@@ -6,27 +6,25 @@ Status = Literal["running", "completed", "failed", "interrupted"]
 
 
 class Spread(TypedDict):
-    """A result of an ensemble: mean, sample standard deviation (n - 1) and the value of each specimen."""
+    """Result of an ensemble: mean, sample standard deviation (n - 1) and the value of each specimen."""
 
     mean: float
     sd: float
     values: list[float]
 
 
-#: a result: a number, None where JSON has no such number, or that of an ensemble
+#: result: a number, None if JSON has no such number, or that of an ensemble
 Value = float | Spread | None
 
 
 class ComparisonRow(TypedDict):
-    """One result against one published number.
+    """Result compared with a published number.
 
-    ``simulated``, the experiment's mean and sd are in the unit that ``quantity`` ends with; ``deviation_sd`` is
-    (simulated - mean) / sd, NaN where no sd is stated, ``deviation_pct`` the same difference in percent of the mean;
-    ``kind`` says whether the simulated number is a prediction, was tuned on this row, only reproduces its input, or is
-    assumed; ``assumed`` are the fields that decide it and that nobody vouches for; ``scaled``
-    says for which size the experiment was scaled, if it was; a ``given`` number was the run's own setting and has no
-    deviation. A specimen of whole yarns is not as large as its nominal size: ``simulated`` is then the result
-    ``modelled`` of each specimen times its own of ``factors``.
+    ``simulated``, mean and sd of the experiment are in the unit at the end of ``quantity``. ``deviation_sd`` is
+    (simulated - mean) / sd, NaN without sd, ``deviation_pct`` the difference in percent of the mean. ``kind`` is
+    predicted, tuned on this row, input or assumed; ``assumed`` are the assumed fields that decide it. ``scaled`` is the
+    size for which the experiment was scaled; a ``given`` number was a setting of the run and has no deviation. For a
+    specimen of whole yarns, ``simulated`` is the result ``modelled`` of each specimen times its own of ``factors``.
     """
 
     quantity: str
@@ -45,7 +43,7 @@ class ComparisonRow(TypedDict):
 
 
 class Limit(TypedDict):
-    """A limit looser than the preset's, and whether that was accepted."""
+    """Limit looser than the preset's, and whether it was accepted."""
 
     name: str
     value: float
@@ -67,7 +65,7 @@ class CostBlock(TypedDict):
 
 
 class NumericalError(TypedDict):
-    """Changes [%] of a result by its repeats, and its error in its own unit; None with the reason where not known."""
+    """Changes [%] of a result in repeats, and its error in its own unit; None with the reason if unknown."""
 
     half_speed_pct: float | None
     coarser_mesh_pct: NotRequired[float | None]
@@ -77,7 +75,7 @@ class NumericalError(TypedDict):
 
 
 class RepeatBlock(TypedDict, total=False):
-    """A repeat of a run: what was changed, from what to what, how it ended and what it cost."""
+    """Repeat of a run: changed setting, values, outcome and cost."""
 
     setting: str
     value: str
@@ -101,7 +99,7 @@ class Verification(TypedDict):
 
 
 class Unjudged(TypedDict):
-    """Strains [%] at first failure and at the largest force, of those of ``specimens`` whose peak lies beyond it."""
+    """Strains [%] at first failure and at peak force, of ``specimens`` whose peak force comes later."""
 
     specimens: int
     first_failure_pct: list[float]
@@ -109,11 +107,11 @@ class Unjudged(TypedDict):
 
 
 class Summary(TypedDict):
-    """summary.json of a run; ``results`` are folded (:func:`knittest.base.result_rows.folded`).
+    """Contents of summary.json; ``results`` are folded (:func:`knittest.base.result_rows.folded`).
 
-    ``kinds`` are those of results without a reference, ``assumed`` the inputs that decide the results; older runs have
-    neither. ``rest`` is the state that a test of yarns started from (:mod:`knittest.base.history`), folded too;
-    ``unjudged`` are peaks that the gates do not reach (:mod:`knittest.base.history`).
+    ``kinds`` are those of results without reference, ``assumed`` the assumed inputs of the results (not in older runs).
+    ``rest`` is the initial equilibrium of a meso test, folded; ``unjudged`` are peaks without quality checks (see
+    :mod:`knittest.base.history`).
     """
 
     rig: str

@@ -1,4 +1,4 @@
-"""Units, the only table of them, for fields, files and kernels; numbers rounded to the safe side.
+"""Table of all units, for fields, files and kernels; numbers rounded down.
 
 Kernel units are mm, ms, g, N, MPa (1 N = 1 g*mm/ms^2; energy N*mm = mJ). Multiply a user value by its factor.
 """
@@ -39,27 +39,13 @@ FACTOR = {unit: factor for units in UNITS.values() for unit, factor in units.ite
 _QUANTITY = {unit: quantity for quantity, units in UNITS.items() for unit in units}
 #: characters of units that have a plain spelling; both micro signs are in use
 _PLAIN = str.maketrans({"µ": "u", "μ": "u", "²": "2", "³": "3"})
-#: quantity -> how the names of numbers in kernel units end
+#: quantity -> end of the names of numbers in kernel units
 SUFFIX = {
-    "number": "fraction",
-    "length": "mm",
-    "area": "mm2",
-    "angle": "rad",
-    "mass": "g",
-    "mass per length": "g_per_mm",
-    "mass per area": "g_per_mm2",
-    "mass per volume": "g_per_mm3",
-    "time": "ms",
-    "speed": "mm_per_ms",
-    "acceleration": "mm_per_ms2",
-    "rate": "per_ms",
-    "force": "n",
-    "force per length": "n_per_mm",
-    "stress": "mpa",
-    "moment": "n_mm",
-    "bending stiffness": "n_mm2",
-    "threads per length": "per_mm",
-}
+    "number": "fraction", "length": "mm", "area": "mm2", "angle": "rad", "mass": "g", "mass per length": "g_per_mm",
+    "mass per area": "g_per_mm2", "mass per volume": "g_per_mm3", "time": "ms", "speed": "mm_per_ms",
+    "acceleration": "mm_per_ms2", "rate": "per_ms", "force": "n", "force per length": "n_per_mm", "stress": "mpa",
+    "moment": "n_mm", "bending stiffness": "n_mm2", "threads per length": "per_mm",
+}  # fmt: skip
 
 
 def to_kernel(value: float, unit: str) -> float:
@@ -69,15 +55,6 @@ def to_kernel(value: float, unit: str) -> float:
     2000.0
     """
     return value * FACTOR[unit]
-
-
-def from_kernel(value: float, unit: str) -> float:
-    """Convert a kernel value back to the user ``unit``; raise ``KeyError`` for an unknown unit.
-
-    >>> from_kernel(0.25, "%")
-    25.0
-    """
-    return value / FACTOR[unit]
 
 
 def suffix(unit: str) -> str:

@@ -1,4 +1,4 @@
-"""``knittest export``: files from the models of a run, without running it."""
+"""``knittest export``: files of the models of a run."""
 
 from pathlib import Path
 from typing import Any
@@ -6,26 +6,26 @@ from typing import Any
 import click
 
 from knittest.base.kinds import kinds
-from knittest.cli.options import describes_run, resolve_runs
+from knittest.cli.options import FILE, FOLDER, PATH, describes_run, resolve_runs
 
 SHAPES = {"t": "T-shape", "hemisphere": "hemisphere", "stl": "STL files"}
 
 
 @click.group()
 def export() -> None:
-    """Write the models of a run to files."""
+    """Export solver decks, workbooks, yarns and tools of a run."""
 
 
 @export.command()
 @describes_run
 @click.option(
-    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("tools"), show_default=True,
+    "--out", type=FOLDER, default=Path("tools"), show_default=True,
     help="Folder for stamp.stl, die.stl, holder.stl and tools.png.",
 )  # fmt: skip
 def stl(out: Path, **chosen: Any) -> None:
     """Write stamp, die and holder of a forming run (binary STL, mm) and a picture of them.
 
-    Each lies where the run starts. There is a holder if a force is on it.
+    The tools are at their initial positions. The holder is written if a blank-holder force is given.
 
     Example: knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100
     """
@@ -52,21 +52,24 @@ def stl(out: Path, **chosen: Any) -> None:
 @export.command()
 @click.argument("test", type=click.Choice([name for name, kind in kinds().items() if kind.deck_force]))
 @click.option(
-    "--direction", type=click.Choice(["warp", "weft", "both"]), default=None, help="Of a strip.  [default: both]"
+    "--direction",
+    type=click.Choice(["warp", "weft", "both"]),
+    default=None,
+    help="Direction of a strip.  [default: both]",
 )
 @describes_run
 @click.option(
     "--format", "form", type=click.Choice(["ls-dyna", "abaqus"]), default="ls-dyna", show_default=True,
-    help="Keywords of LS-DYNA; or of Abaqus the mesh only.",
+    help="ls-dyna: the whole model; abaqus: the mesh only.",
 )  # fmt: skip
 @click.option(
-    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("deck"), show_default=True,
+    "--out", type=FOLDER, default=Path("deck"), show_default=True,
     help="Folder for TEST.k or TEST.inp, with the direction of a strip in the name.",
 )  # fmt: skip
 def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) -> None:
-    """Write a specimen of TEST as a deck for another solver, which it has not been run in.
+    """Write the model of TEST as a deck for another solver. No deck was run in the other solver yet.
 
-    It has nodes, elements, sections, materials, contact, motion and output; its head says what it does not express.
+    The deck has nodes, elements, sections, materials, contact, motion and output. Its head lists what it leaves out.
 
     Example: knittest export deck tensile --variant 1 --scale macro --direction warp
     """
@@ -87,19 +90,21 @@ def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) 
             missing = write_deck(path, run, prepared)
         click.echo(str(path))
         for line in missing:
-            click.echo(f"  not as in the laboratory: {line}")
+            click.echo(f"  differs from knittest: {line}")
 
 
 @export.command()
-@click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
-@click.option("--frame", type=int, default=-1, show_default=True, help="Number of the frame, from 0; -1 is the last.")
-@click.option("--sides", type=click.IntRange(3, 64), default=12, show_default=True, help="Corners of a yarn's section.")
+@click.argument("run", metavar="RUN", type=PATH)
+@click.option("--frame", type=int, default=-1, show_default=True, help="Number of the frame from 0; -1: the last.")
 @click.option(
-    "--out", type=click.Path(path_type=Path, dir_okay=False), default=Path("yarns.stl"), show_default=True,
-    help="File: .stl (binary, mm), or .vtp with system, force and strain of each yarn.",
+    "--sides", type=click.IntRange(3, 64), default=12, show_default=True, help="Corners of a tube's cross-section."
+)
+@click.option(
+    "--out", type=FILE, default=Path("yarns.stl"), show_default=True,
+    help="File: .stl (binary, mm), or .vtp with yarn system, force and strain.",
 )  # fmt: skip
 def tubes(run: Path, frame: int, sides: int, out: Path) -> None:
-    """Write the yarns of a frame of RUN, a run folder, as closed tubes; what is broken is left out.
+    """Write the yarns of a frame of RUN, a run folder, as closed tubes, without failed elements.
 
     Example: knittest export tubes runs/tensile-.../warp --out broken.vtp
     """
@@ -109,9 +114,9 @@ def tubes(run: Path, frame: int, sides: int, out: Path) -> None:
 
     found = read_recording(run)
     if found.kind != "beams":
-        raise InputError(f"{run}: has shells; expected a run of yarns (--scale meso)")
+        raise InputError(f"{run}: a run at the macro scale has no yarns: expected a run with --scale meso")
     if not -len(found.time) <= frame < len(found.time):
-        raise InputError(f"--frame {frame}: {run} has the frames 0 to {len(found.time) - 1}")
+        raise InputError(f"--frame {frame}: expected 0 to {len(found.time) - 1}, the frames of {run}")
     fields = {name: values[frame] for name, values in found.fields.items()}
     alive = fields.pop("alive") > 0.0
     surface = tube_surface(found.position[frame], found.cells, found.radius, alive, sides)
@@ -122,12 +127,12 @@ def tubes(run: Path, frame: int, sides: int, out: Path) -> None:
 
 @export.command()
 @click.argument("folder", metavar="RUN", type=click.Path(path_type=Path, exists=True, file_okay=False))
-@click.option("--out", type=click.Path(path_type=Path), help="File to write.  [default: tables.xlsx in RUN]")
+@click.option("--out", type=PATH, help="File to write.  [default: tables.xlsx in RUN]")
 def xlsx(folder: Path, out: Path | None) -> None:
-    """Write the tables of RUN as one workbook (xlsx), a sheet each, with a sheet of the results.
+    """Write the tables of RUN as one workbook (xlsx): one sheet per table and one of the results.
 
-    RUN is a run folder, that of both directions, that of a sweep or another study, or that of a data import. Needs
-    openpyxl: pip install 'knittest[xlsx]'.
+    RUN is the folder of a run, of both directions, of a study or of a data import. Needs openpyxl: pip install
+    'knittest[xlsx]'.
 
     Example: knittest export xlsx runs/tensile-...
     """

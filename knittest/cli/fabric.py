@@ -1,4 +1,4 @@
-"""``knittest fabric``: the relaxed geometry of a fabric, its picture and its centre-lines."""
+"""``knittest fabric``: relaxed geometry of a fabric, its picture and its centre-lines."""
 
 import time
 from pathlib import Path
@@ -6,57 +6,51 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knittest.cli.options import Command
+from knittest.cli.options import FABRIC, FILE, PARAMETERS, VARIANT, add_options
 
 if TYPE_CHECKING:
     from knittest.config.run import Run
     from knittest.fabric.cell import Cell
 
 
-def _which_fabric(command: Command) -> Command:
-    """Options that choose a fabric."""
-    for option in (
-        click.option(
-            "--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change a field: fabric.loop_length=14."
-        ),
-        click.option("--parameters", metavar="SET", help="Parameter set of the fabric; default: calibrated."),
-        click.option("--fabric", type=click.Path(path_type=Path), metavar="FILE", help="Fabric file of one's own."),
-        click.option("--variant", metavar="NAME", help="Shipped fabric: 1, 2 or a name."),
-    ):
-        command = option(command)
-    return command
+#: options that choose a fabric
+_which_fabric = add_options(
+    VARIANT,
+    FABRIC,
+    PARAMETERS,
+    click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Change a field: fabric.loop_length=14."),
+)
 
 
 @click.group()
 def fabric() -> None:
-    """Relax, show and export the yarn geometry of a fabric."""
+    """Relax, draw or export the yarn geometry of a fabric."""
 
 
 @fabric.command()
 @_which_fabric
 def relax(**which: Any) -> None:
-    """Relax one cell, check its interlacing and keep it for the simulations.
+    """Relax one cell of the fabric, check its interlacing and store it for the simulations.
 
     Example: knittest fabric relax --variant 1
     """
     from knittest.fabric.cell import Munden, cell_path
 
     run, cell, seconds = _relaxed(**which)
-    chosen = run.fabric
-    stated = chosen.thickness
+    stated = run.fabric.thickness
     scatter = f" ± {stated.sd:g}" if stated.sd else ""
     rows = (
-        ("fabric", chosen.name),
+        ("fabric", run.fabric.name),
         ("cell", f"{cell.spec.wale:.4f} x {cell.spec.course:.4f} mm"),
         ("thickness", f"{cell.thickness:.3f} mm ({stated.source} {stated.value:g}{scatter} mm)"),
         ("loop length", f"{cell.spec.loop_length:g} mm, met within {100 * abs(cell.length_error):.3f} %"),
         ("Munden's Kc, Ks", str(Munden.of(cell.spec))),
         ("crimp warp, weft", f"{100 * cell.crimp('warp'):.3f} %, {100 * cell.crimp('weft'):.3f} %"),
-        ("penetration / radius", f"{100 * cell.deepest:.2f} % at rest, {100 * cell.worst:.0f} % on the way"),
+        ("penetration / radius", f"{100 * cell.deepest:.2f} %; during relaxation at most {100 * cell.worst:.0f} %"),
         ("residual force", f"{cell.residual:.1e} N after {cell.iterations} iterations"),
-        ("interlacing", "checked: layers and loops in order"),
+        ("interlacing", "checked: layers and loops are in the right order"),
         ("time", "from the cache" if seconds is None else f"{seconds:.2f} s"),
-        ("kept in", str(cell_path(cell.spec))),
+        ("stored in", str(cell_path(cell.spec))),
         *_settled(run),
     )
     wide = max(len(name) for name, _ in rows) + 2
@@ -66,9 +60,9 @@ def relax(**which: Any) -> None:
 
 @fabric.command()
 @_which_fabric
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), default=Path("fabric.png"), show_default=True)
+@click.option("--out", type=FILE, default=Path("fabric.png"), show_default=True)
 def show(out: Path, **which: Any) -> None:
-    """Draw 4 x 4 cells from the face, from the back and obliquely (PNG).
+    """Draw 4 x 4 cells: technical face, technical back and an oblique view (PNG).
 
     Example: knittest fabric show --variant 2 --out variant2.png
     """
@@ -76,18 +70,17 @@ def show(out: Path, **which: Any) -> None:
     from knittest.export.yarn_pictures import cell_picture
 
     run, cell, _ = _relaxed(**which)
-    chosen = run.fabric
-    size = f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"
+    name, size = run.fabric.name, f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"
     loops = f"loop length {cell.spec.loop_length:g} mm"
-    with stamped(Stamp((chosen.name, f"parameters {run.parameters}", size, loops))):
-        cell_picture(out, cell, chosen.name)
+    with stamped(Stamp((name, f"parameters {run.parameters}", size, loops))):
+        cell_picture(out, cell, name)
     click.echo(str(out))
 
 
 @fabric.command()
 @_which_fabric
-@click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--wales", type=click.IntRange(1, 500), default=4, show_default=True, help="Cells across.")
+@click.argument("file", type=FILE)
+@click.option("--wales", type=click.IntRange(1, 500), default=4, show_default=True, help="Cells across the wales.")
 @click.option("--courses", type=click.IntRange(1, 500), default=4, show_default=True, help="Cells along the wales.")
 def export(file: Path, wales: int, courses: int, **which: Any) -> None:
     """Write the centre-lines of the yarns [mm] to FILE.vtu or FILE.csv.
@@ -102,26 +95,26 @@ def export(file: Path, wales: int, courses: int, **which: Any) -> None:
 
 
 def _settled(run: "Run") -> list[tuple[str, str]]:
-    """State of rest of the cell by the contact law of runs, where the fabric states one."""
+    """Initial equilibrium of the cell under the contact law of runs, where the fabric states one."""
     if not run.fabric.knitting.settled:
         return []
     from knittest.base.history import rest_numbers, rest_rows
     from knittest.fabric.cell import CellSpec, Munden
     from knittest.solve.settled_cell import cell_curl, settled_cell, with_draw_in
 
-    click.echo("settling the cell", err=True)
+    click.echo("computing the initial equilibrium of the cell", err=True)
     found = settled_cell(run)
     curls = cell_curl(with_draw_in(run))
     munden = Munden.of(CellSpec.of(run.fabric), found.draw_in)
     numbers = rest_numbers(found.rest, munden.courses, munden.stitches, found.draw_in)
     return [
-        ("settled", f"after {found.steps} steps"),
+        ("initial equilibrium", f"after {found.steps} steps"),
         *rest_rows(numbers),
         *(
             (
                 f"curl along the {way}",
-                f"{curl.curvature:+.3g} 1/mm (+: hollow towards the face): kept flat by {curl.moment:.3g} N mm/mm, "
-                f"stiffness {curl.stiffness:.3g} N mm",
+                f"{curl.curvature:+.3g} 1/mm (positive: face inside); held flat by a moment of {curl.moment:.3g} "
+                f"N mm/mm; bending stiffness {curl.stiffness:.3g} N mm",
             )
             for way, curl in (("courses", curls["weft"]), ("wales", curls["warp"]))
         ),
@@ -131,7 +124,7 @@ def _settled(run: "Run") -> list[tuple[str, str]]:
 def _relaxed(
     variant: str | None, fabric: Path | None, parameters: str | None, sets: tuple[str, ...]
 ) -> tuple["Run", "Cell", float | None]:
-    """Run of the fabric, its cell and the seconds the relaxation took; ``None`` if the cache had it."""
+    """Run of the fabric, its cell and the seconds of the relaxation; ``None`` if the cell was in the cache."""
     from knittest.config.loading import resolve
     from knittest.fabric.relax import relaxed_cell
 

@@ -7,24 +7,22 @@ from typing import Any
 
 import click
 
-from knittest.cli.options import OPEN, printing_asked, prints
+from knittest.cli.options import JSON, OPEN, PATH, PRINTS, add_options, printing_asked
 
 
 @click.command()
-@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=click.Path(path_type=Path))
+@click.argument("runs", nargs=-1, required=True, metavar="RUN...", type=PATH)
 @click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    help="File to write.  [default: report.html in RUN; knittest-report.html here for several]",
+    "--out", type=PATH, help="Page to write.  [default: report.html in RUN; of several runs knittest-report.html here]"
 )
 @OPEN
-@prints
+@add_options(*PRINTS)
 def report(runs: tuple[Path, ...], out: Path | None, open_page: bool, formats: str | None, dpi: int | None) -> int:
-    """Write one HTML page on runs, with everything in it: it can be mailed, printed and read without a network.
+    """Write one self-contained HTML page on runs: it can be mailed, printed and read without a network.
 
-    RUN is a run folder, or a folder that holds some, such as that of both directions; several are compared. The folder
-    of a sweep, of a calibration or of a study of uncertainty, alone, gets the page of that. With --format or --dpi the
-    curves of the runs, and the fields of formed blanks, are written beside the page too.
+    RUN is a run folder, or a folder that holds some, such as that of both directions. Several runs are compared. The
+    folder of a single sweep, calibration or uncertainty study gets the page of that study. With --format or --dpi the
+    curves of the runs and the fields of formed blanks are also written as pictures into the folder of the page.
 
     Example: knittest report runs/tensile-... runs/friction-... --out comparison.html
     """
@@ -38,7 +36,7 @@ def report(runs: tuple[Path, ...], out: Path | None, open_page: bool, formats: s
     asked = printing_asked(formats, dpi) if formats or dpi else None
     write = next((page.write for page in pages if len(runs) == 1 and page.is_in(runs[0])), None)
     if write and asked:
-        raise click.UsageError("--format and --dpi are for pages on runs: leave them out here")
+        raise click.UsageError("--format and --dpi apply to pages on runs, not on studies: leave them out")
     path, count = (write(runs[0], out), 0) if write else write_reports(list(runs), out, asked)
     click.echo(str(path))
     if count:
@@ -53,7 +51,7 @@ UNITS = {"h": "hours", "d": "days", "w": "weeks"}
 
 
 class _Age(click.ParamType):
-    """``7d`` as a duration."""
+    """Duration such as ``7d``."""
 
     name = "AGE"
 
@@ -67,19 +65,19 @@ class _Age(click.ParamType):
 
 @click.command()
 @click.argument("names", metavar="[RUN]...", nargs=-1)
-@click.option("--failed", is_flag=True, help="Only runs that failed, or did not pass a quality check.")
-@click.option("--older-than", type=_Age(), help="Only runs that ended longer ago, such as 12h, 7d or 4w.")
-@click.option("--remove", is_flag=True, help="Remove these runs from the disk, after a question.")
+@click.option("--failed", is_flag=True, help="Only runs that failed or did not pass a quality check.")
+@click.option("--older-than", type=_Age(), help="Only runs that ended longer ago than this, such as 12h, 7d or 4w.")
+@click.option("--remove", is_flag=True, help="Remove these runs from the disk, after confirmation.")
 @click.option("--yes", is_flag=True, help="With --remove: do not ask.")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
+@JSON
 def runs(
     names: tuple[str, ...], failed: bool, older_than: timedelta | None, remove: bool, yes: bool, as_json: bool
 ) -> int:
-    """List run folders: test, fabric, scale, first result, size, whether they passed, date; or remove some.
+    """List run folders: test, fabric, scale, first result, size, verdict and date; or remove some.
 
-    RUN is a run folder, or a folder that holds some, here or in runs; all of runs if none is given. A sweep or another
-    study is one line. Only run folders are removed: no links, no studies, no run that a process uses, and none with
-    files that knittest did not write.
+    RUN is a run folder, or a folder that holds some, here or in runs; without RUN, all of runs are listed. A study is
+    one line. Only run folders are removed: no links, no studies, no run in use, and none with files that knittest did
+    not write.
 
     Example: knittest runs
 
@@ -91,7 +89,7 @@ def runs(
     if remove and not (names or failed or older_than is not None):
         raise click.UsageError("--remove: name the runs, or choose them by --failed or --older-than")
     if yes and not remove:
-        raise click.UsageError("--yes goes with --remove")
+        raise click.UsageError("--yes needs --remove")
     paths = [path if (path := Path(name)).exists() else RUNS / name for name in names]
     found = list_runs(paths or [RUNS]) if names or RUNS.is_dir() else []
     before = None if older_than is None else datetime.now().astimezone() - older_than
@@ -111,7 +109,7 @@ def runs(
 
 
 def _remove(paths: list[Path]) -> int:
-    """Remove the run folders ``paths``; says of each that cannot be why, and returns the worst exit code."""
+    """Remove the run folders ``paths``; print why one cannot be removed, and return the worst exit code."""
     from knittest.base.errors import KnittestError
     from knittest.export.lock import remove_run
 
@@ -127,10 +125,10 @@ def _remove(paths: list[Path]) -> int:
 
 
 @click.command()
-@click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
-@click.option("--frames", type=int, help="Most frames on the page.  [default: all that the run wrote]")
+@click.argument("run", metavar="RUN", type=PATH)
+@click.option("--frames", type=int, help="Largest number of frames on the page.  [default: all frames of the run]")
 def view(run: Path, frames: int | None) -> None:
-    """Write view.html into a run folder: a page on which the run can be turned, played and coloured.
+    """Write view.html into a run folder: a page that shows the run in 3D, to turn, play and colour.
 
     The page is one file that needs no network. RUN is a run folder with frames, or a folder that holds some, such as
     that of both directions.
@@ -142,29 +140,33 @@ def view(run: Path, frames: int | None) -> None:
 
     found, notes = find_runs([run])
     for one in found:
-        page = write(one.path, frames)
-        click.echo(str(page))
-        click.echo(f"{page.stat().st_size / 1e6:.1f} MB", err=True)
+        _print_file(write(one.path, frames))
     for note in notes:
         click.echo(note, err=True)
 
 
+def _print_file(path: Path) -> None:
+    click.echo(str(path))
+    click.echo(f"{path.stat().st_size / 1e6:.1f} MB", err=True)
+
+
 @click.command()
-@click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Film, .mp4 or .gif.  [default: RUN/film.mp4]")
+@click.argument("run", metavar="RUN", type=PATH)
+@click.option("--out", type=PATH, help="Film, .mp4 or .gif.  [default: RUN/film.mp4]")
 @click.option("--colour", default="", help="Field of the frames, or height.  [default: axial force or shear angle]")
 @click.option("--look", type=click.Choice(["oblique", "top", "side"]), default="oblique", show_default=True)
-@click.option("--seconds", type=float, default=5.0, show_default=True, help="Length, before the last image stands.")
-@click.option("--fps", type=int, help="Images a second.  [default: 15; GIF: 10]")
-@click.option("--width", type=int, help="Pixels.  [default: 960; GIF: 640]")
+@click.option("--seconds", type=float, default=5.0, show_default=True, help="Length without the final still image.")
+@click.option("--fps", type=int, help="Images per second.  [default: 15; GIF: 10]")
+@click.option("--width", type=int, help="Width in pixels.  [default: 960; GIF: 640]")
 @click.option(
-    "--tools/--no-tools", default=True, show_default=True, help="Stamp, die, holder, plates, board, jaws, bars."
-)
+    "--tools/--no-tools", default=True, show_default=True,
+    help="Show the apparatus: stamp, die, holder, plates, board, jaws, bars.",
+)  # fmt: skip
 def animate(run: Path, out: Path | None, **looks: Any) -> None:
-    """Write a run as a film for slides: a run folder with frames as MP4 or GIF.
+    """Write a film of a run with frames, as MP4 or GIF.
 
     MP4 needs an encoder: pip install 'knittest[animate]'; without it the default is a GIF. RUN is a run folder, or a
-    folder that holds some, such as that of both directions: each gets a film, with --out one with its name in it.
+    folder that holds some, such as that of both directions: each run gets a film, with its name added to --out.
 
     Example: knittest animate runs/forming-... --out forming.gif
     """
@@ -178,35 +180,31 @@ def animate(run: Path, out: Path | None, **looks: Any) -> None:
         click.echo(fallback, err=True)
     for folder, film in planned.items():
         write(folder, film, Filmed(**looks))
-        click.echo(str(film))
-        click.echo(f"{film.stat().st_size / 1e6:.1f} MB", err=True)
+        _print_file(film)
     for note in notes:
         click.echo(note, err=True)
 
 
 @click.command()
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("run", type=PATH)
 @click.option(
     "--against",
-    type=click.Path(path_type=Path),
+    type=PATH,
     required=True,
-    help="CSV with a header: strain_pct,force_n, or a laboratory's 'Dehnung [%];Kraft [kN]' with decimal comma; of a "
-    "picture frame shear_angle_deg and force_n or normalised_shear_force_n_per_mm. Also a file of the shipped data.",
+    help="CSV with a header, your own or of the shipped data: strain_pct,force_n, or as a laboratory writes it "
+    "'Dehnung [%];Kraft [kN]' with decimal comma; of a picture frame shear_angle_deg and force_n or "
+    "normalised_shear_force_n_per_mm.",
 )
-@click.option(
-    "--direction", type=click.Choice(["warp", "weft"]), help="Direction of the tested strip, where the CSV has none."
-)
-@click.option("--width", "strip_width_mm", type=float, help="Width of the tested strip [mm], where the CSV has none.")
-@click.option("--gauge-length", "gauge_length_mm", type=float, help="Distance of its clamps [mm].")
+@click.option("--direction", type=click.Choice(["warp", "weft"]), help="Direction of the tested strip.")
+@click.option("--width", "strip_width_mm", type=float, help="Width of the tested strip [mm].")
+@click.option("--gauge-length", "gauge_length_mm", type=float, help="Gauge length of the tested strip [mm].")
 @click.option("--frame-side", "frame_side_mm", type=float, help="Side of the tested frame, hinge to hinge [mm].")
 @click.option("--fabric-side", "fabric_side_mm", type=float, help="Side of the square of fabric in it [mm].")
-@click.option("--normal-force", "normal_force_n", type=float, help="Force that pressed its plates together [N].")
-@click.option("--ratio", "strain_ratio", type=float, help="Ratio of its strains, of a biaxial test.")
-@click.option(
-    "--out", type=click.Path(path_type=Path), help="Picture of both curves (PNG).  [default: compare.png in the run]"
-)
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
-@prints
+@click.option("--normal-force", "normal_force_n", type=float, help="Normal force of the tested friction plates [N].")
+@click.option("--ratio", "strain_ratio", type=float, help="Strain ratio of the biaxial test.")
+@click.option("--out", type=PATH, help="Picture of both curves (PNG).  [default: compare.png in the run]")
+@JSON
+@add_options(*PRINTS)
 def compare(
     run: Path,
     against: Path,
@@ -217,16 +215,16 @@ def compare(
     dpi: int | None,
     **sizes: float | None,
 ) -> int:
-    """Compare the curve of a run folder with a curve of your own: print a table, draw both.
+    """Compare the curve of a run folder with a measured curve: print a table, draw both.
 
-    The curve has a row of names and one of numbers a point, strain or shear angle rising; lines such as
-    "# strip_width_mm: 100" and "# direction: weft" may stand above it, as data import writes them (corridor.csv). A
-    strip of another width is compared by its force per width, a frame of another side by the normalised force; another
-    test or direction is refused. Nothing is rated against data that the shells were given, nor against a strip of
-    unknown direction.
+    The CSV has one line of column names and one line of numbers per point, strain or shear angle rising. Lines such as
+    "# strip_width_mm: 100" and "# direction: weft" may precede it, as knittest data import writes them (corridor.csv);
+    the options state what the CSV does not. Strips of different width are compared by force per width, frames of
+    different side by normalised force. A curve of another test or direction is rejected. Nothing is rated against data
+    that the macro model was given, nor against a strip of unknown direction.
 
     Example: knittest compare runs/tensile-.../warp --against mean.csv --width 50 --direction warp
-    """
+    """  # fmt: skip
     import sys
 
     from knittest.base.figure import printed
@@ -246,7 +244,7 @@ def compare(
     with printed(printing_asked(formats, dpi)):
         draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
     looser = [one.stated for one in loosened(given)]
-    accepted = [f"limits of the run that --accept-limits let pass: {'; '.join(looser)}"] if looser else []
+    accepted = [f"limits accepted by --accept-limits: {'; '.join(looser)}"] if looser else []
     if as_json:
         print_json(found | {"picture": str(picture), "looser_limits": looser})
         print_text([curve_line(found), *accepted], sys.stderr)
@@ -256,7 +254,7 @@ def compare(
 
 
 def _run_of(run: Path) -> tuple[Any, dict[str, Any], dict[str, Any]]:
-    """Config, columns of the curve and manifest of a completed run; raises :class:`InputError` for any other."""
+    """Config, curve columns and manifest of a completed run; raises :class:`InputError` for any other."""
     import json
 
     import pandas as pd
@@ -266,15 +264,12 @@ def _run_of(run: Path) -> tuple[Any, dict[str, Any], dict[str, Any]]:
 
     runs = sorted(path.parent.name for path in run.glob("*/manifest.json"))
     if runs and not (run / "manifest.json").exists():
-        raise InputError(
-            f"{run}: holds the runs {' and '.join(runs)}: choose one of {', '.join(str(run / r) for r in runs)}"
-        )
+        raise InputError(f"{run}: holds several runs: choose one of {', '.join(str(run / name) for name in runs)}")
     try:
         manifest = json.loads((run / "manifest.json").read_text(encoding="utf-8"))
         table = pd.read_csv(run / "curve.csv")
     except (OSError, ValueError) as error:
         raise InputError(f"{run}: not a run folder with a curve: {error}") from None
     if manifest.get("status") != "completed" or manifest.get("exit_code"):
-        reason = str(manifest.get("message") or manifest.get("status")).removeprefix("comparison refused: ")
-        raise InputError(f"{run}: comparison refused: {reason}")
+        raise InputError(f"{run}: {manifest.get('message') or 'the run is ' + str(manifest.get('status'))}")
     return resolve(config=run / "config.yaml"), {str(n): table[n].to_numpy(float) for n in table}, manifest

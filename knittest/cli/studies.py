@@ -10,11 +10,11 @@ from typing import Any
 import click
 
 from knittest.base.kinds import names
-from knittest.cli.options import ACCEPT_LIMITS
+from knittest.cli import options as opt
 
 
 class _Shard(click.ParamType):
-    """``i/n`` as two numbers."""
+    """Share ``i/n`` as two numbers."""
 
     name = "I/N"
 
@@ -23,39 +23,35 @@ class _Shard(click.ParamType):
         found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", value)
         shard = (int(found[1]), int(found[2])) if found else (0, 0)
         if not 1 <= shard[0] <= shard[1]:
-            self.fail(f"{value}: expected the share and their number, from 1/n to n/n", param, ctx)
+            self.fail(f"{value}: expected the number of the share and of all shares, from 1/n to n/n", param, ctx)
         return shard
 
 
 @click.command()
-@click.argument("sweep", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder of the batch.  [default: runs/batch-<sweep>]")
-@click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads]")
-@click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers; Dask: 1]")
-@click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster with this scheduler, such as tcp://host:8786.")
-@click.option("--shard", type=_Shard(), help="Run the I-th of N shares, as in a job array.")
+@click.argument("sweep", type=opt.PATH)
+@click.option("--out", type=opt.PATH, help="Folder of the batch.  [default: runs/batch-<sweep>]")
+@opt.add_options(opt.WORKERS, opt.THREADS)
+@click.option("--dask", metavar="ADDRESS", help="Run on the Dask cluster with this scheduler: tcp://host:8786.")
+@click.option("--shard", type=_Shard(), help="Run only share I of N, as in a job array.")
 @click.option(
-    "--slurm",
-    type=click.IntRange(1, 10_000),
-    metavar="N",
-    help="Write a job array of N shares for Slurm into the folder and run nothing; a share has --workers (1) processes "
-    "with --threads (1) each.",
-)
+    "--slurm", type=click.IntRange(1, 10_000), metavar="N",
+    help="Run nothing; write a Slurm job array of N shares into the folder. Each share has --workers processes "
+    "[default: 1] with --threads threads [default: 1].",
+)  # fmt: skip
 @click.option("--yes", is_flag=True, help="Do not ask before more than 10,000 runs.")
-@click.option("--parquet", is_flag=True, help="Write results.parquet too (needs pyarrow).")
-@ACCEPT_LIMITS
-@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@click.option("--parquet", is_flag=True, help="Also write results.parquet (needs pyarrow).")
+@opt.add_options(opt.ACCEPT_LIMITS, opt.QUIET)
 def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
-    """Run a sweep: grids, ranges and samples of any field, on this machine or a cluster.
+    """Run a parameter sweep: grids, ranges and samples of any field, on this machine or a cluster.
 
-    The same command goes on where it was stopped; finished runs are not repeated.
+    The same command resumes an interrupted sweep; finished runs are not repeated.
 
     Example: knittest batch configs/sweeps/blank-holder.yaml --workers 2
     """
     if chosen["dask"] is not None and chosen["workers"] is not None:
-        raise click.UsageError("--workers are processes of this machine; with --dask the cluster has its own")
+        raise click.UsageError("--workers sets processes of this machine; leave it out with --dask")
     if chosen["slurm"] is not None and (chosen["dask"] is not None or chosen["shard"] is not None):
-        raise click.UsageError("--slurm writes a script with shares of its own: leave out --dask and --shard")
+        raise click.UsageError("--slurm writes a script with its own shares: leave out --dask and --shard")
     from knittest.studies.batch.command import BatchOptions, run_batch
 
     def agree(question: str) -> bool:
@@ -65,17 +61,15 @@ def batch(sweep: Path, yes: bool, **chosen: Any) -> int:
 
 
 @click.command()
-@click.argument("calibration", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder.  [default: runs/calibrate-<calibration>]")
-@click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads]")
-@click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers]")
+@click.argument("calibration", type=opt.PATH)
+@click.option("--out", type=opt.PATH, help="Folder.  [default: runs/calibrate-<calibration>]")
+@opt.add_options(opt.WORKERS, opt.THREADS)
 @click.option("--storage", metavar="URL", help="Database of method optuna.  [default: SQLite in the folder]")
-@ACCEPT_LIMITS
-@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@opt.add_options(opt.ACCEPT_LIMITS, opt.QUIET)
 def calibrate(calibration: Path, **chosen: Any) -> int:
-    """Find parameters of a fabric or a rig from measured results.
+    """Fit parameters of a fabric or a rig to measured results.
 
-    The same command goes on where it was stopped; finished runs are not repeated.
+    The same command resumes an interrupted calibration; finished runs are not repeated.
 
     Example: knittest calibrate configs/calibrations/v1-warp-bending.yaml
     """
@@ -85,15 +79,16 @@ def calibrate(calibration: Path, **chosen: Any) -> int:
 
 
 @click.command()
-@click.argument("study", type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), help="Folder.  [default: runs/uncertainty-<study>]")
-@click.option("--workers", type=click.IntRange(1), help="Processes, one thread each.  [default: the file's; cores]")
-@ACCEPT_LIMITS
-@click.option("--quiet", is_flag=True, help="No progress, no summary.")
+@click.argument("study", type=opt.PATH)
+@click.option("--out", type=opt.PATH, help="Folder.  [default: runs/uncertainty-<study>]")
+@click.option(
+    "--workers", type=click.IntRange(1), help="Parallel processes, one thread each.  [default: the file's; cores]"
+)
+@opt.add_options(opt.ACCEPT_LIMITS, opt.QUIET)
 def uncertainty(study: Path, **chosen: Any) -> int:
-    """Show what results are worth whose parameters are assumed: bands over the priors, and what they hang on.
+    """Propagate the uncertainty of assumed parameters: bands of the results and sensitivity indices.
 
-    The same command goes on where it was stopped; finished runs are not repeated.
+    The same command resumes an interrupted study; finished runs are not repeated.
 
     Example: knittest uncertainty configs/uncertainty/shear-order.yaml --workers 4
     """
@@ -108,26 +103,23 @@ NAMES = {"sets": "set", "source": "from"}
 
 
 @click.command()
-@click.option("--variant", help="Shipped fabric: 1, 2, or a name of configs/NAME.yaml.")
-@click.option("--fabric", type=click.Path(path_type=Path), help="A fabric file of your own.")
-@click.option("--parameters", help="Parameter set of the fabric: calibrated (default), as-measured, gripping.")
-@click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), default="quick", show_default=True)
+@opt.add_options(opt.VARIANT, opt.FABRIC, opt.PARAMETERS, opt.PRESET)
 @click.option(
     "--from", "source", type=click.Choice(["tests", "cell"]), default="tests", show_default=True,
-    help="Yarns: tests of specimens, or paths of one cell without an edge.",
+    help="Meso simulations: virtual tests of specimens, or load paths of one periodic cell.",
 )  # fmt: skip
-@click.option("--seed", type=int, help="Seed of all draws.  [default: 1]")
+@opt.SEED
 @click.option(
     "--set", "sets", multiple=True, metavar="[TEST.]KEY=VALUE",
-    help="Any field of all tests of yarns, or of one kind: picture-frame.rig.side=40.",
+    help="Change any field of all meso tests, or of one test: picture-frame.rig.side=40.",
 )  # fmt: skip
-@ACCEPT_LIMITS
-@click.option("--out", type=click.Path(path_type=Path), help="Folder.  [default: runs/homogenise-<fabric>-...]")
-@click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads]")
-@click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers]")
-@click.option("--time-limit", type=click.FloatRange(1.0), default=7200.0, show_default=True, help="Of a test [s].")
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
-@click.option("--quiet", is_flag=True, help="No progress, no table.")
+@opt.ACCEPT_LIMITS
+@click.option("--out", type=opt.PATH, help="Folder.  [default: runs/homogenise-<fabric>-...]")
+@opt.add_options(opt.WORKERS, opt.THREADS)
+@click.option(
+    "--time-limit", type=click.FloatRange(1.0), default=7200.0, show_default=True, help="Time limit of a test [s]."
+)
+@opt.add_options(opt.JSON, opt.QUIET)
 def homogenise(
     out: Path | None,
     workers: int | None,
@@ -137,12 +129,12 @@ def homogenise(
     quiet: bool,
     **chosen: Any,
 ) -> int:
-    """Make a material card of the shells from tests or a cell of yarns, and hold shells with it against them.
+    """Derive the macro material card from meso simulations, and compare macro simulations that use it with them.
 
-    The same command goes on where it was stopped; finished runs are not repeated.
+    The same command resumes an interrupted study; finished runs are not repeated.
 
     Example: knittest homogenise --variant 1
-    """
+    """  # fmt: skip
     from knittest.studies.homogenise.command import HomogeniseOptions, run_homogenisation
     from knittest.studies.homogenise.plan import Request
 
@@ -177,33 +169,32 @@ def homogenise(
     type=click.FloatRange(0.0, 100.0, min_open=True),
     default=1.0,
     show_default=True,
-    help="Standard deviations of the experiment that predicted and tuned rows may deviate.",
+    help="Largest deviation of predicted and tuned rows, in standard deviations of the experiment.",
 )
-@click.option(
-    "--baseline", type=click.Path(path_type=Path), help="The code's own numbers.  [default: the shipped ones]"
-)
-@click.option("--update-baseline", "update", is_flag=True, help="Write the numbers of these runs to the baseline.")
+@click.option("--baseline", type=opt.PATH, help="Stored results of an earlier version.  [default: the shipped ones]")
+@click.option("--update-baseline", "update", is_flag=True, help="Store the results of these runs in the baseline.")
 @click.option(
     "--accept-wider",
     multiple=True,
     metavar="RUN",
-    help="With --update-baseline: store this run though its limits grow by more than 30 %, or a number is gone.",
+    help="With --update-baseline: store this run although its limits grow by more than 30 %, or a number is missing.",
 )
-@click.option("--out", type=click.Path(path_type=Path), default=Path("runs/regress"), show_default=True)
-@click.option("--junit", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML for a CI server.")
-@click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads; with --table 4: 2]")
+@click.option("--out", type=opt.PATH, default=Path("runs/regress"), show_default=True)
+@click.option("--junit", type=opt.PATH, metavar="FILE", help="Write JUnit XML for a CI server.")
 @click.option(
-    "--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers; with --table 4: 1]"
+    "--workers", type=click.IntRange(1), help="Parallel processes.  [default: cores / threads; with --table 4: 2]"
 )
-@click.option("--json", "as_json", is_flag=True, help="One JSON object on stdout and nothing else there.")
-@click.option("--quiet", is_flag=True, help="No progress, no table.")
+@click.option(
+    "--threads", type=click.IntRange(1), help="Threads per process.  [default: cores / workers; with --table 4: 1]"
+)
+@opt.add_options(opt.JSON, opt.QUIET)
 def regress(table: str | None, as_json: bool, **chosen: Any) -> int:
-    """Judge the code by Table 3 of the paper, row by row, and by its own stored numbers; exit code 5 if it fails.
+    """Regression test for CI: compare with Table 3 of the paper and with a stored baseline; exit code 5 if it fails.
 
-    Finished runs in the folder are not repeated as long as code and data are the same.
+    Finished runs in the folder are not repeated while code and data are the same.
 
     Example: knittest regress --level quick --junit regress.xml
-    """
+    """  # fmt: skip
     from knittest.studies.regress.command import RegressOptions, regress_command
 
     number: Any = None if table is None else int(table)
@@ -211,29 +202,25 @@ def regress(table: str | None, as_json: bool, **chosen: Any) -> int:
 
 
 @click.command("speed-study")
-@click.option("--variant", help="Shipped fabric.  [default: 1]")
-@click.option("--fabric", type=click.Path(path_type=Path), help="A fabric file of your own.")
+@click.option("--variant", metavar="NAME", help="Shipped fabric or the name of configs/NAME.yaml.  [default: 1]")
+@opt.FABRIC
 @click.option(
-    "--test",
-    "tests",
-    multiple=True,
-    type=click.Choice(names("studied")),
+    "--test", "tests", multiple=True, type=click.Choice(names("studied")),
     help="Only this test; repeatable.  [default: all]",
-)
+)  # fmt: skip
 @click.option(
-    "--scale", type=click.Choice(["macro", "meso", "both"]), default="both", show_default=True, help="Shells or yarns."
-)
+    "--scale", type=click.Choice(["macro", "meso", "both"]), default="both", show_default=True,
+    help="macro: shell elements; meso: beam elements.",
+)  # fmt: skip
 @click.option("--direction", type=click.Choice(["warp", "weft"]), default="warp", show_default=True)
-@click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), default="quick", show_default=True)
-@click.option("--out", type=click.Path(path_type=Path), default=Path("runs/speed-study"), show_default=True)
-@click.option("--workers", type=click.IntRange(1), help="Processes.  [default: cores over threads]")
-@click.option("--threads", type=click.IntRange(1), help="Threads of each.  [default: cores over workers]")
-@click.option("--quiet", is_flag=True, help="No progress, no table.")
+@opt.PRESET
+@click.option("--out", type=opt.PATH, default=Path("runs/speed-study"), show_default=True)
+@opt.add_options(opt.WORKERS, opt.THREADS, opt.QUIET)
 def speed_study(variant: str | None, fabric: Path | None, tests: tuple[str, ...], scale: str, **chosen: Any) -> int:
     """Run each test at its speed and at half of it, and write how much every result changes.
 
-    The cantilever is at rest: there, what decides when it is at rest is halved. Finished runs in the folder are not
-    repeated as long as code and data are the same. Tables: speed-study.csv and speed-study.md in OUT.
+    The cantilever is static: its criterion of rest is halved instead. Finished runs in the folder are not repeated
+    while code and data are the same. Tables: speed-study.csv and speed-study.md in OUT.
 
     Example: knittest speed-study --variant 2 --test friction --scale macro
     """

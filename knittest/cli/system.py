@@ -7,13 +7,15 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
+from knittest.cli.options import PATH, PRESET
+
 
 @click.command()
 @click.option("--clear-cache", is_flag=True, help="Empty the cache of compiled kernels and relaxed cells.")
 def doctor(clear_cache: bool) -> None:
     """Report versions, cores, threading layer and cache folder; or empty the cache.
 
-    Compiled kernels and relaxed cells are made anew when they are needed, which takes minutes.
+    After --clear-cache kernels are compiled and cells relaxed again when they are needed, which takes minutes.
 
     Example: knittest doctor
 
@@ -37,7 +39,7 @@ def doctor(clear_cache: bool) -> None:
 
     threads = use_threads(None)
     layer = threading_layer()
-    slow = " (slow: a fork costs 55 us; install libgomp or tbb, one thread is used until then)"
+    slow = " (slow, so only one thread is used: install libgomp or tbb)"
     rows = {
         "knittest": __version__,
         "python": sys.version.split()[0],
@@ -57,29 +59,27 @@ def doctor(clear_cache: bool) -> None:
 
 @click.command()
 def warmup() -> None:
-    """Compile the kernels of both scales now, also for self-contact of shells, so that no run has to.
+    """Compile all kernels of both scales now, so that no run has to wait for it.
 
     Example: knittest warmup
     """
     from knittest.config.loading import resolve
     from knittest.solve.compiling import compile_all, warm
 
-    click.echo(f"compiled, both scales side by side: {compile_all():.1f} s")
-    for name, scale in (("shells", "macro"), ("yarns", "meso")):
-        click.echo(f"{name}: loaded in {warm(resolve(variant='1', scale=scale)):.1f} s")
+    click.echo(f"both scales compiled in {compile_all():.1f} s")
+    for scale in ("macro", "meso"):
+        click.echo(f"{scale}: loaded in {warm(resolve(variant='1', scale=scale)):.1f} s")
 
 
 @click.command()
 @click.option("--variant", default="2", show_default=True, help="Shipped fabric.")
-@click.option("--preset", type=click.Choice(["quick", "standard", "paper"]), default="quick", show_default=True)
-@click.option(
-    "--against", type=click.Path(path_type=Path), help="Another checkout: time small runs of both by turns instead."
-)
-@click.option("--pairs", type=click.IntRange(1, 1000), default=5, show_default=True, help="Turns with --against.")
+@PRESET
+@click.option("--against", type=PATH, help="Folder of another checkout: time small runs of both in turn instead.")
+@click.option("--pairs", type=click.IntRange(1, 1000), default=5, show_default=True, help="Repeats with --against.")
 def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
-    """Measure kernel throughput at 1 and all threads, and the share of each part of a real run.
+    """Measure the speed of the kernels with 1 and all threads, and the share of each part in the time of a run.
 
-    Shells are the 27,225 of forming, with its tools.
+    Shell elements are those of forming at its paper size (27,225), with its tools.
 
     Example: knittest bench --preset paper
     """
@@ -87,8 +87,9 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
         from knittest.base.errors import InputError
         from knittest.runs.bench_against import paired_lines
 
-        if any(_given(name) for name in ("variant", "preset")):
-            raise InputError("--against: times its own small runs; leave out --variant and --preset")
+        given = click.get_current_context().get_parameter_source
+        if any(given(name) is not ParameterSource.DEFAULT for name in ("variant", "preset")):
+            raise InputError("--against has its own small runs: leave out --variant and --preset")
         for line in paired_lines(against, pairs):
             click.echo(line)
         return
@@ -100,11 +101,6 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
     shells = resolve(variant=variant, scale="macro", preset="paper", test="forming")
     for line in (*kernel_lines(run, loops, shells), *run_lines(run)):
         click.echo(line)
-
-
-def _given(parameter: str) -> bool:
-    """Tell whether the user stated ``parameter``."""
-    return click.get_current_context().get_parameter_source(parameter) is not ParameterSource.DEFAULT
 
 
 def _complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
@@ -120,8 +116,8 @@ def _complete(context: click.Context, parameter: click.Parameter, incomplete: st
 def schema(field: str | None) -> None:
     """Print the JSON schema of a run, with units, bounds and descriptions; or explain one FIELD.
 
-    Of a field: unit, default, bounds, the tests and the scale that it counts for, and what presets set. Of a group of
-    fields, such as solver: what they are.
+    A field is explained by unit, default, bounds, the tests and the scale that use it, and values of presets; a group
+    of fields, such as solver, by the list of its fields.
 
     Example: knittest schema > knittest-run.schema.json
 
@@ -143,29 +139,26 @@ def schema(field: str | None) -> None:
 @click.command()
 @click.argument("name")
 @click.option(
-    "--from",
-    "folder",
-    type=click.Path(path_type=Path),
-    metavar="DIR",
-    help="Start from the tests that knittest data import put into DIR.",
+    "--from", "folder", type=PATH, metavar="DIR", help="Use the tests that knittest data import put into DIR."
 )
 @click.option(
     "--reinforcing",
     metavar="YARN",
     help='Fibre and linear density of the inlays: "E-glass 600 tex", "carbon HT 4 x 200".',
 )
-@click.option("--knitting", metavar="YARN", help='The same of the loops, or a card: "{fibre: polyester, ...}".')
+@click.option(
+    "--knitting", metavar="YARN", help='The same of the knitting yarn, or a yarn card: "{fibre: polyester, ...}".'
+)
 def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str | None) -> None:
-    """Write configs/NAME.yaml, a commented fabric to edit, and configs/NAME-tensile.yaml, a rig.
+    """Write configs/NAME.yaml, a commented fabric file to edit, and configs/NAME-tensile.yaml, a rig file.
 
-    All numbers are those of the shipped variant 1 and marked assumed. The contact stiffness is derived from the yarn of
-    the loops. With --from, curves, fracture strains and what else was imported are your own, with their
-    sources. With --reinforcing and --knitting the numbers of the yarns are
-    derived from their data sheets. The material card of the shells is left out where it was not imported: a run at the
-    macro scale derives it from the yarns.
+    All numbers are those of the shipped variant 1, marked as assumed. With --from, imported curves, fracture strains
+    and other measured numbers replace them, with their sources. With --reinforcing and --knitting, the numbers of the
+    yarns are derived from their data sheets. The contact stiffness is derived from the knitting yarn. A run at the
+    macro scale derives the macro material card from the yarns, unless it was imported.
 
     Example: knittest new my-fabric --from data/my-fabric && knittest check tensile --variant my-fabric --scale macro
-    """
+    """  # fmt: skip
     from knittest.base.errors import InputError, ResourceError
     from knittest.base.files import configs_dir, write_atomic
     from knittest.config.loading import resolve
@@ -175,7 +168,7 @@ def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str |
     if not NAME.match(name):
         raise InputError(f"NAME {name!r}: expected letters, digits, '.', '_', '-', at most 40, first a letter or digit")
     if name in NUMBERED or (configs_dir() / "fabrics" / f"{name}.yaml").exists():
-        raise InputError(f"NAME {name}: a shipped fabric is called so; choose another name")
+        raise InputError(f"NAME {name}: a shipped fabric has this name: choose another one")
     stated: dict[YarnSystem, str | None] = {"reinforcing": reinforcing, "knitting": knitting}
     yarns: dict[YarnSystem, str] = {system: text for system, text in stated.items() if text is not None}
     like = resolve(variant="1", parameters="as-measured").fabric
@@ -187,11 +180,11 @@ def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str |
     }
     for path in files:
         if path.exists():
-            raise InputError(f"{path} exists already; choose another name or move it away")
+            raise InputError(f"{path} exists already: choose another name or move the file")
     try:
         Path("configs").mkdir(exist_ok=True)
     except OSError as error:
-        raise ResourceError(f"configs: cannot be made here: {error}") from None
+        raise ResourceError(f"the folder configs cannot be made here: {error}") from None
     for path, text in files.items():
         write_atomic(path, text)
         click.echo(f"wrote {path}")

@@ -1,7 +1,6 @@
-"""The base of all config models: strict fields with a unit, hard bounds and a plausibility band, and their numbers in
-kernel units.
-"""
+"""Base of all config models: strict fields with unit, bounds and plausibility band; their numbers in kernel units."""
 
+from operator import ge, gt, le
 from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar, overload
 
 from pydantic import (
@@ -23,21 +22,20 @@ T = TypeVar("T", bound="float | Directed | None")
 
 
 class Directed(NamedTuple):
-    """One number for each direction."""
+    """Number for each direction."""
 
     warp: float
     weft: float
 
     def of(self, direction: str) -> float:
-        """Return that of ``direction``; raise ``KeyError`` where it is neither warp nor weft."""
+        """Return the number of ``direction``; raise ``KeyError`` unless it is warp or weft."""
         return self._asdict()[direction]
 
 
 class Kernel(Generic[T]):
     """Number of ``field`` in kernel units: ``gauge_length_mm: ClassVar[Kernel[float]] = Kernel("gauge_length")``.
 
-    Stands beside its field in the class of a config, of which it is no field itself. ``T`` says what the field holds:
-    one number, one for each direction, and whether there may be none.
+    It stands next to its field in the class of a config. ``T``: one number, one for each direction, or none.
     """
 
     def __init__(self, field: str) -> None:
@@ -54,27 +52,24 @@ class Kernel(Generic[T]):
 
 
 def check_names(model: type[BaseModel]) -> None:
-    """Raise ``TypeError`` where an attribute of ``model`` in kernel units has no field, or another name than its unit.
-
-    ``gauge_length`` in mm is ``gauge_length_mm``: who reads the name knows the unit.
-    """
+    """Raise ``TypeError`` unless each :class:`Kernel` is named after its field and unit: ``gauge_length_mm``."""
     for name, attribute in vars(model).items():
         if not isinstance(attribute, Kernel):
             continue
         unit = field_meta(model, attribute.field).get("unit") if attribute.field in model.model_fields else None
         expected = f"{attribute.field}_{suffix(unit)}" if unit else "a field with a unit"
         if name != expected:
-            raise TypeError(f"{model.__name__}.{name}: expected {expected}, of {attribute.field} in {unit}")
+            raise TypeError(f"{model.__name__}.{name}: expected {expected} for {attribute.field} in {unit}")
 
 
 def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
-    """Unit, bounds and plausibility band of a field; empty for fields without."""
+    """Unit, bounds and plausibility band of a field; empty if it has none."""
     extra = model.model_fields[name].json_schema_extra
     return dict(extra) if isinstance(extra, dict) else {}
 
 
 def _converted(value: Any, unit: str) -> float | Directed | None:
-    """Number, quantity or quantities of both directions in kernel units; None stays None."""
+    """Convert a number, a quantity or one quantity per direction to kernel units; None stays None."""
     if value is None or isinstance(value, int | float):
         return None if value is None else to_kernel(float(value), unit)
     if hasattr(value, "warp"):
@@ -83,7 +78,7 @@ def _converted(value: Any, unit: str) -> float | Directed | None:
 
 
 def _known(value: object) -> object:
-    """``value``; a finding as that of a literal, for what is none of the names."""
+    """Return ``value`` if it is the name of a test, else raise an error as of a literal."""
     if not isinstance(value, str) or value not in kinds():
         expected = " or ".join(repr(name) for name in kinds())
         raise PydanticCustomError("literal_error", "Input should be {expected}", {"expected": expected})
@@ -91,7 +86,7 @@ def _known(value: object) -> object:
 
 
 class _Names:
-    """Lists the names in the JSON schema."""
+    """Names of the tests in the JSON schema."""
 
     @classmethod
     def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
@@ -101,7 +96,7 @@ class _Names:
 TestName = Annotated[str, BeforeValidator(_known), _Names]
 
 
-#: field unit -> other units it is often given in; the commonest first
+#: unit of a field -> other units in which its number is often given, the commonest first
 ALTERNATIVES: dict[str, tuple[str, ...]] = {
     "GPa": ("MPa", "Pa"),
     "mm": ("m", "cm", "um"),
@@ -124,7 +119,7 @@ ALTERNATIVES: dict[str, tuple[str, ...]] = {
 
 
 def likely_unit(number: float, unit: str, band: tuple[float, float]) -> str:
-    """Name the unit in which ``number`` would fall into ``band`` (given in ``unit``), or say nothing ("")."""
+    """Hint at the unit in which ``number`` would fall into ``band`` (given in ``unit``); empty if there is none."""
     low, high = band
     read = [(name, number * ratio(name, unit)) for name in ALTERNATIVES.get(unit, ())]
     guesses = [f"{name}: {value:.6g} {unit}" for name, value in read if low <= value <= high]
@@ -132,7 +127,7 @@ def likely_unit(number: float, unit: str, band: tuple[float, float]) -> str:
 
 
 def in_field_unit(number: float, written: str, unit: str) -> str | None:
-    """``number``, given in the unit ``written``, in the ``unit`` of its field; ``None`` for a unit not known there."""
+    """Convert ``number`` from the unit ``written`` to ``unit``, as text; ``None`` for a unit that does not fit."""
     names = {_plain(name): name for name in (*ALTERNATIVES.get(unit, ()), unit)}
     name = names.get(_plain(written))
     if name is None:
@@ -141,7 +136,7 @@ def in_field_unit(number: float, written: str, unit: str) -> str | None:
 
 
 def _plain(unit: str) -> str:
-    """A unit without blanks, with plain letters and the yarn in the singular."""
+    """Spell a unit without blanks, with plain letters and the yarn in the singular."""
     return plainly(unit).replace(" ", "").replace("yarns/", "yarn/")
 
 
@@ -149,7 +144,7 @@ Source = Literal["measured", "derived", "tuned", "predicted", "assumed", "user"]
 
 
 class Strict(BaseModel):
-    """A config model: no unknown keys, no coerced types (``true`` is no number), immutable, units beside the fields."""
+    """Immutable config model: no unknown keys, no coerced types (``true`` is no number), fields with units."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, allow_inf_nan=False, strict=True)
 
@@ -176,24 +171,22 @@ class Strict(BaseModel):
 
 
 class Quantity(BaseModel):
-    """A number with its scatter and where it comes from; a bare number means ``source: user``."""
+    """Number with scatter and origin; a bare number means ``source: user``."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
-    value: float = Field(description="the number, in the unit of the field")
+    value: float = Field(description="number in the unit of the field")
     sd: float | None = Field(None, ge=0, description="standard deviation, same unit")
-    source: Source = Field(
-        description="measured, derived, tuned, predicted, assumed, or user (given on the command line)"
-    )
+    source: Source = Field(description="measured, derived, tuned, predicted, assumed, or user (command line)")
     ref: str = Field("", description="table, equation or reasoning behind the number")
-    tuned_on: list[str] = Field(default_factory=list, description="rows a tuned number was fitted to")
+    tuned_on: list[str] = Field(default_factory=list, description="results to which a tuned number was fitted")
     chosen_by: list[str] = Field(
-        default_factory=list, description="rows that were in view when the number was chosen, so they do not test it"
+        default_factory=list, description="results that guided the choice of the number, so they do not validate it"
     )
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """A bare number or the full mapping, as the validator reads it."""
+        """Allow a bare number or the full mapping, as the validator does."""
         mapping = handler.resolve_ref_schema(handler(core))
         return {"title": "Quantity", "anyOf": [{"type": "number"}, mapping]}
 
@@ -205,25 +198,25 @@ class Quantity(BaseModel):
         return data
 
     @model_validator(mode="after")
-    def _tuned_says_on_what(self) -> Self:
+    def _has_rows_if_tuned(self) -> Self:
         if self.source == "tuned" and not self.tuned_on:
-            raise ValueError("a tuned value must say in tuned_on which rows it was fitted to")
+            raise ValueError("source tuned needs tuned_on: the results to which the value was fitted")
         return self
 
 
 class PerDirection(Strict):
-    """One quantity for each direction; the unit is that of the field which holds it."""
+    """Quantity for each direction, in the unit of the field."""
 
     warp: Quantity
     weft: Quantity
 
     def of(self, direction: str) -> Quantity:
-        """Return that of ``direction``; raise ``KeyError`` where it is neither warp nor weft."""
+        """Return the quantity of ``direction``; raise ``KeyError`` unless it is warp or weft."""
         return {"warp": self.warp, "weft": self.weft}[direction]
 
 
 class BoundsError(ValueError):
-    """A number breaks a hard bound or its plausibility band; ``part`` names the direction or field inside, if any."""
+    """Error of a number outside its bounds; ``part`` is the direction or field inside, if any."""
 
     def __init__(self, message: str, part: str | None = None) -> None:
         super().__init__(message if part is None else f"{part}: {message}")
@@ -232,37 +225,31 @@ class BoundsError(ValueError):
 
 
 def check_bounds(number: float, meta: dict[str, Any], part: str | None = None) -> None:
-    """Raise :class:`BoundsError` when ``number`` breaks the hard bounds or the plausibility bounds in ``meta``."""
-    unit = meta.get("unit", "")
-    unit = "" if unit == "1" else f" {unit}"
-    if "gt" in meta and not number > meta["gt"]:
-        raise BoundsError(f"must be greater than {meta['gt']:g}{unit}", part)
-    if "ge" in meta and not number >= meta["ge"]:
-        raise BoundsError(f"must be at least {meta['ge']:g}{unit}", part)
-    if "le" in meta and not number <= meta["le"]:
-        raise BoundsError(f"must be at most {meta['le']:g}{unit}", part)
+    """Raise :class:`BoundsError` if ``number`` is outside the hard or plausible bounds in ``meta``."""
+    unit = "" if meta.get("unit", "1") in ("", "1") else f" {meta['unit']}"
+    for name, holds, words in (("gt", gt, "greater than"), ("ge", ge, "at least"), ("le", le, "at most")):
+        if name in meta and not holds(number, meta[name]):
+            raise BoundsError(f"must be {words} {meta[name]:g}{unit}", part)
     if "band" in meta and not meta["band"][0] <= number <= meta["band"][1]:
         low, high = meta["band"]
         guess = likely_unit(number, meta.get("unit", ""), meta["band"])
         raise BoundsError(f"implausible, expected {low:g} to {high:g}{unit}{guess}", part)
     if "least" in meta and 0.0 < number < meta["least"]:
         guess = likely_unit(number, meta.get("unit", ""), (meta["least"], meta["le"]))
-        raise BoundsError(f"implausible, expected 0, or at least {meta['least']:g}{unit}{guess}", part)
+        raise BoundsError(f"implausible, expected 0 or at least {meta['least']:g}{unit}{guess}", part)
 
 
 def _check_scatter(quantity: Quantity, part: str) -> None:
-    """A standard deviation is no larger than its mean: all these quantities are positive or zero."""
+    """Check that a standard deviation is no larger than its mean."""
     if quantity.sd is not None and quantity.sd > quantity.value > 0.0:
-        raise BoundsError(f"is larger than the value itself, {quantity.value:g}: state its own, or null", part)
+        raise BoundsError(f"exceeds the value {quantity.value:g}: give the sd of this value, or null", part)
 
 
 def measure(unit: str, description: str, **meta: Any) -> Any:
-    """Field of a required :class:`Quantity` in ``unit``; ``meta``: gt, ge, le, band, and ``least``, the smallest number
-    but 0 (beside le).
-    """
+    """Field of a required :class:`Quantity` in ``unit``; ``meta``: gt, ge, le, band, least (smallest except 0)."""
     return Field(description=description, json_schema_extra={"unit": unit, **meta})
 
 
 def number(default: "float | Quantity | None", unit: str, description: str, **meta: Any) -> Any:
-    """Field of a plain number with a default, in ``unit``; ``meta`` as of :func:`measure`."""
+    """Field with a default in ``unit``; ``meta`` as of :func:`measure`."""
     return Field(default, description=description, json_schema_extra={"unit": unit, **meta})

@@ -1,4 +1,4 @@
-"""Warnings on numbers of a run: suspicious values, unused fields, in-plane bending stiffness derived from yarns."""
+"""Warnings about a run: suspicious values, unused fields, in-plane bending stiffness derived from yarns."""
 
 from collections.abc import Iterator
 from contextlib import suppress
@@ -13,44 +13,39 @@ from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.config.settings import leaves
 
-#: the reference of a derived number begins with its formula and ends with the number
+#: beginning of the reference of a derived number, which ends with the number
 FORMULA = "EI of an inlay x inlays per width"
-
-
-def derived_in_plane_bending(fabric: Fabric) -> PerDirection | None:
-    """EI of an inlay times the inlays per width [N mm]; none where the fabric does not describe its inlays."""
-    if fabric.reinforcing is None:
-        return None
-    found = {d: _derived(fabric, d) for d in get_args(Direction)}
-    return PerDirection(warp=found["warp"], weft=found["weft"])
 
 
 def is_derived(quantity: Quantity) -> bool:
     """Tell whether ``quantity`` was derived by this formula and not edited since."""
-    told = quantity.ref.startswith(FORMULA) and quantity.ref.endswith(_shown(quantity.value))
-    return quantity.source == "derived" and told
+    return (
+        quantity.source == "derived"
+        and quantity.ref.startswith(FORMULA)
+        and quantity.ref.endswith(_shown(quantity.value))
+    )
 
 
 def follows_yarns(fabric: Fabric) -> bool:
-    """Tell whether the bending in the plane of ``fabric`` is derived in any direction."""
+    """Tell whether the in-plane bending stiffness of ``fabric`` is derived in any direction."""
     found = fabric.macro.in_plane_bending
     return found is not None and (is_derived(found.warp) or is_derived(found.weft))
 
 
 def with_in_plane_bending(fabric: Fabric) -> Fabric:
-    """``fabric`` with its stated bending in the plane, and a derived one where it states none.
+    """Fabric with its in-plane bending stiffness, derived [N mm] where ``fabric`` gives none and describes its inlays.
 
-    A number that was derived before is derived again: it follows a yarn or a density that has changed since.
+    A number that was derived before is derived again, so that it follows changed yarns and densities.
     """
-    stated, derived = fabric.macro.in_plane_bending, derived_in_plane_bending(fabric)
-    if derived is None:
+    stated = fabric.macro.in_plane_bending
+    if fabric.reinforcing is None:
         return fabric
     kept = {} if stated is None else {d: stated.of(d) for d in get_args(Direction) if not is_derived(stated.of(d))}
-    return _with(fabric, derived.model_copy(update=kept))
+    return _with(fabric, PerDirection(**{d: _derived(fabric, d) for d in get_args(Direction)} | kept))
 
 
 def without_in_plane_bending(fabric: Fabric) -> Fabric:
-    """``fabric`` whose inlays do not bend in the plane of the shells."""
+    """Fabric whose inlays have no in-plane bending stiffness in the macro model."""
     return _with(fabric, None)
 
 
@@ -75,15 +70,15 @@ def _shown(value: float) -> str:
     return f" = {value:.6g} N mm"
 
 
-#: parts of a fabric that no shell is computed from, and none of the yarns, whose reference the tension curves are
+#: parts of a fabric that the macro model and that the meso model do not read; the latter compares with tension curves
 OF_YARNS = (*YARN_LEVEL, "warp_density", "weft_density")
 OF_SHELLS, REFERENCE = ("macro",), ("macro.tension",)
-#: fields that a warning names
+#: largest number of fields in a warning
 NAMED = 4
 
 
 def unread_note(run: Run) -> str:
-    """Warning of changed numbers that ``run`` does not read, with what to do; empty without any."""
+    """Warning about changed numbers that ``run`` does not read, with the remedy; empty without any."""
     macro = run.model.scale == "macro"
     own = _leaves(run.fabric)
     unread = OF_YARNS if macro else OF_SHELLS
@@ -94,16 +89,16 @@ def unread_note(run: Run) -> str:
     listed = ", ".join(f"fabric.{field}" for field in changed[:NAMED])
     more = f" and {len(changed) - NAMED} more" if len(changed) > NAMED else ""
     if not macro:
-        return f"yarns do not read {listed}{more}, changed from {name}: --scale macro does"
-    but = "but for bending in the plane " if follows_yarns(run.fabric) else ""
+        return f"the meso model does not use {listed}{more}, changed from {name}: use --scale macro"
+    but = "except for in-plane bending, " if follows_yarns(run.fabric) else ""
     return (
-        f"{but}shells do not read {listed}{more}, changed from {name}, whose card they have (fabric.macro): knittest "
-        "homogenise makes a card of these yarns, --scale meso models them"
+        f"{but}the macro model does not use {listed}{more}, changed from {name}, whose material card (fabric.macro) it "
+        "has: derive a card from these yarns by knittest homogenise, or use --scale meso"
     )
 
 
 def unused_notes(run: Run) -> Iterator[str]:
-    """Warnings of numbers that a choice beside them switches off, and of a mass and thickness given for yarns."""
+    """Warnings about numbers that another field switches off, and about mass and thickness at the meso scale."""
     fabric = run.fabric
     if run.model.scale == "macro":
         if (law := fabric.macro.shear) is None:
@@ -124,7 +119,7 @@ def unused_notes(run: Run) -> Iterator[str]:
             yield _unused(f"{system}.law.points", f"kind is {axial.kind}")
     for name, instead in (("thickness", "diameters"), ("area_mass", "linear densities")):
         if getattr(fabric, name).source == "user" and name not in deciding(run):
-            yield _unused(name, f"at the meso scale the {instead} of the yarns count")
+            yield _unused(name, f"the meso scale uses the {instead} of the yarns")
 
 
 def _unused(field: str, reason: str) -> str:
@@ -132,7 +127,7 @@ def _unused(field: str, reason: str) -> str:
 
 
 def _likes(run: Run) -> Iterator[Fabric]:
-    """The shipped fabric of ``run``, or any for other shells, whose card decides the test as that of the run does."""
+    """Shipped fabrics with the name of that of ``run``, else those with the same numbers that decide the macro test."""
     names = sorted(path.stem for path in (configs_dir() / "fabrics").glob("*.yaml"))
     fields = [field for field in deciding(run) if field.startswith("macro.")]
     if run.fabric.name in names:
@@ -147,9 +142,9 @@ def _likes(run: Run) -> Iterator[Fabric]:
 
 
 def _shipped(name: str, chosen: str) -> Iterator[Fabric]:
-    """The shipped fabric ``name`` by those of its sets of numbers that a fabric may have been started from."""
+    """Shipped fabric ``name`` with each parameter set from which another fabric may have been started."""
     for one in (chosen, None, "as-measured"):
-        with suppress(InputError):  # it has no such set
+        with suppress(InputError):  # no such set
             yield resolve(variant=name, parameters=one, scale="macro").fabric
 
 
@@ -168,26 +163,26 @@ def _below(name: str, parts: tuple[str, ...]) -> bool:
     return any(name == part or name.startswith(f"{part}.") for part in parts)
 
 
-#: scale of the slack [%] below which it moves no result: a yarn of 200 mm is 0.04 mm longer
+#: smallest slack [%] that changes a result: a yarn of 200 mm is 0.04 mm longer
 LEAST_SLACK = 0.02
-#: what is said of a derived number whose simulation did not pass its quality checks
+#: words of the reference of a number that was derived from a simulation with failed quality checks
 REJECTED = " is derived from a simulation that failed its quality checks: "
-#: draw-in [%] below which it is lost in the scatter of any loop length
+#: smallest loop shortening [%] that matters beside the scatter of loop lengths
 LEAST_DRAW_IN = 0.1
-#: thickness of a fabric over that of two inlays and two loop yarns, beyond which one of them is another fabric's
+#: thickness of a fabric over that of two inlays and two knitting yarns; outside, one of them is suspicious
 THICKNESS = (0.7, 1.4)
 
 
 def doubts(run: Run) -> list[str]:
-    """Warnings of numbers that ``run`` does not read, that do not fit its yarns, or that look like fractions."""
+    """Warnings about unused and suspicious numbers of ``run``."""
     return [
-        *filter(None, [unread_note(run)]), *unused_notes(run), *_unlike_the_yarns(run.fabric), *_as_fractions(run),
+        *filter(None, [unread_note(run)]), *unused_notes(run), *_thickness_notes(run.fabric), *_fraction_notes(run),
         *_rejected_card(run),
     ]  # fmt: skip
 
 
-def _unlike_the_yarns(fabric: Fabric) -> Iterator[str]:
-    """Thickness that the yarns hardly make; far beyond, it is an error."""
+def _thickness_notes(fabric: Fabric) -> Iterator[str]:
+    """Warning about a thickness that does not fit the yarns; far outside, it is an error."""
     if fabric.reinforcing is None or fabric.knitting is None:
         return
     inlays = sum(fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft"))
@@ -195,24 +190,24 @@ def _unlike_the_yarns(fabric: Fabric) -> Iterator[str]:
     low, high = (share * made for share in THICKNESS)
     if not low <= stated.value <= high:
         yield (
-            f"fabric.thickness = {stated.value:g} mm ({stated.source}), but two inlays and two loop yarns make "
-            f"{made:.3g} mm, expected {low:.3g} to {high:.3g} mm: correct it or beam_diameter of the yarns"
+            f"fabric.thickness = {stated.value:g} mm ({stated.source}), expected {low:.3g} to {high:.3g} mm: two "
+            f"inlays and two knitting yarns make {made:.3g} mm. Correct thickness or beam_diameter of the yarns"
         )
 
 
 def _rejected_card(run: Run) -> Iterator[str]:
-    """Shear laws and bending stiffnesses of the shells that were derived from a simulation that was rejected."""
+    """Warnings about parts of the macro material card that were derived from a rejected simulation."""
     macro = run.fabric.macro
     if run.model.scale == "meso" or macro.shear is None or macro.bending_stiffness is None:
         return
     bending = {f"bending_stiffness.{d}": macro.bending_stiffness.of(d).ref for d in ("warp", "weft")}
     for name, ref in {"shear": macro.shear.ref, **bending}.items():
         if REJECTED in ref:
-            yield f"fabric.macro.{name}{REJECTED}{ref.partition(REJECTED)[2]}; give your own"
+            yield f"fabric.macro.{name}{REJECTED}{ref.partition(REJECTED)[2]}; give a measured one"
 
 
-def _as_fractions(run: Run) -> Iterator[str]:
-    """Slack and draw-in next to none, which are no error, as studies draw them from 0 on."""
+def _fraction_notes(run: Run) -> Iterator[str]:
+    """Warnings about a slack or loop shortening near 0; no error, because studies vary them from 0."""
     if run.model.scale == "macro":
         return
     slack, draw_in = run.fabric.reinforcing.slack, run.fabric.knitting.draw_in
@@ -221,6 +216,6 @@ def _as_fractions(run: Run) -> Iterator[str]:
     for name, value, least in given:
         if 0.0 < value < least:
             yield (
-                f"fabric.{name} = {value:g} % is next to none, expected 0, or at least {least:g} %: if it is a "
-                f"fraction, write {100.0 * value:g}"
+                f"fabric.{name} = {value:g} % has no effect, expected 0 or at least {least:g} %: if it is a fraction, "
+                f"write {100.0 * value:g}"
             )

@@ -1,4 +1,4 @@
-"""Writes a run as YAML that the loader reads back to an equal run, with the unit of every number beside it."""
+"""Writer of runs as YAML with units, which the loader reads back to an equal run."""
 
 from typing import Any
 
@@ -14,12 +14,12 @@ LINE_WIDTH = 10_000  # no folding: a value stays in the line of its key
 
 
 class _CoreDumper(yaml.SafeDumper):
-    """Quotes what YAML 1.2, not 1.1, would read as something else than text."""
+    """Dumper that quotes texts which YAML 1.2, not 1.1, would read as another type."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 - PyYAML's own class-level registry
 
     def ignore_aliases(self, data: object) -> bool:
-        """Write equal values out instead of pointing at the first."""
+        """Write equal values out, without aliases."""
         return True
 
 
@@ -28,13 +28,13 @@ for _tag, (_pattern, _first) in CORE_SCHEMA.items():
 
 
 def dump(run: Run) -> str:
-    """YAML of the fully resolved ``run``; ``knittest tensile --config`` with it repeats the run."""
+    """YAML of the fully resolved ``run``; ``knittest TEST --config`` with it repeats the run."""
     head = f"# One virtual test, fully resolved by knittest {__version__}. Repeat it with --config THIS_FILE.\n"
     return head + dump_mapping(run.model_dump(mode="json"))
 
 
 def dump_mapping(data: dict[str, Any], at: KeyPath = ()) -> str:
-    """YAML of settings rooted at ``at`` of a run, each field with its unit as a comment."""
+    """YAML of settings below ``at`` of a run, each field with its unit as a comment."""
     text = yaml.dump(data, Dumper=_CoreDumper, sort_keys=False, allow_unicode=True, width=LINE_WIDTH)
     lines = text.splitlines()
     kind = data.get("rig", {}).get("kind", DEFAULT) if not at else DEFAULT

@@ -1,11 +1,10 @@
-"""A fabric: densities, loop length, mass and thickness, its two yarns, its contact and its macro material."""
+"""Fabric: densities, loop length, mass, thickness, its two yarns, yarn contact and macro material card."""
 
 import math
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
-from pydantic import Field, ValidationError, ValidatorFunctionWrapHandler, WrapValidator, model_validator
+from pydantic import Field, ValidationError, WrapValidator, model_validator
 
 from knittest.config.base import (
     BoundsError,
@@ -25,60 +24,53 @@ from knittest.config.laws import (
     LEAST_STIFFNESS,
     TANGENTIAL,
     InlaySection,
+    Points,
     ShearLaw,
     YarnContact,
+    check_points,
 )
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn, strength_of
 from knittest.config.yarn_card import filled, is_filled, number_of
 
 Direction = Literal["warp", "weft"]
-#: measured area mass over that of the yarns: beyond, densities, loop length or tex are another fabric's
+#: measured area mass over that of the yarns; beyond, densities, loop length or tex are of another fabric
 AREA_MASS = (0.5, 2.0)
-#: loop length over the way round its cell and once round an inlay and a loop yarn, at most
+#: largest loop length over the way round its cell and once round an inlay and a knitting yarn
 LOOP_LENGTH = 3.0
-#: thickness over two inlays, at least, and over two inlays and two loop yarns, at most
+#: smallest thickness over two inlays, and largest over two inlays and two knitting yarns
 THICKNESS = (0.5, 3.0)
-
-
-def _or_absent(value: object, handler: ValidatorFunctionWrapHandler) -> Any:
-    return None if value is None else handler(value)
 
 
 def _optional(description: str) -> Any:
     return Field(None, description=description)
 
 
-#: only one of the scales reads it: a run there rejects a fabric without it, so that whoever reads it finds it
-Absent = WrapValidator(_or_absent)
+#: field that may be None although its type excludes it: a run at the scale that reads it rejects a fabric without it
+Absent = WrapValidator(lambda value, handler: None if value is None else handler(value))
 
 
 class TensionPoints(Strict):
-    """A tension curve of the shells that stands in the fabric file itself."""
+    """Tension curve of the macro model as points in the fabric file."""
 
-    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
-        description="strain [%] and force per width [N/mm] pairs, first (0, 0)"
-    )
-    source: Source = Field(description="where the curve comes from: measured, derived, tuned, predicted, assumed, user")
+    points: Points = Field(description="strain [%] and force per width [N/mm] pairs, first (0, 0)")
+    source: Source = Field(description="origin of the curve: measured, derived, tuned, predicted, assumed, user")
     ref: str = Field("", description="table, figure or reasoning behind the curve")
 
     @model_validator(mode="after")
     def _rises(self) -> Self:
-        if len(self.points) < 2 or self.points[0] != (0.0, 0.0):
-            raise BoundsError("expected at least two, the first [0, 0]", "points")
-        if any(b[0] <= a[0] for a, b in pairwise(self.points)):
-            raise BoundsError("strains must rise strictly", "points")
+        check_points(self.points, "strains")
         return self
 
 
 class MacroMaterial(Strict):
-    """Material card of the shells. What a fabric with yarns leaves out is derived from them when a run needs it."""
+    """Macro material card (shell elements); missing parts are derived from the yarns when a run needs them."""
 
     tension: Annotated[dict[Direction, str | TensionPoints], Absent] = _optional(
-        "tension curve per direction: a CSV (strain_pct, force_n_per_mm; or force_n and a line "
-        "# strip_width_mm: ...) in ./data or the shipped data, or points; none: derived from the yarns"
+        "tension curve per direction: points, or a CSV in ./data or the shipped data (strain_pct, force_n_per_mm; or "
+        "force_n and a line # strip_width_mm: ...); none: derived from the yarns"
     )
     fracture_strain: Annotated[PerDirection, Absent] = number(
-        None, "%", "element deletion strain; goes with tension", gt=0, band=(0.1, 50)
+        None, "%", "element deletion strain; required with tension", gt=0, band=(0.1, 50)
     )
     fracture_strain_fraction: ClassVar[Kernel[Directed]] = Kernel("fracture_strain")
     bending_stiffness: Annotated[PerDirection, Absent] = number(
@@ -86,8 +78,8 @@ class MacroMaterial(Strict):
     )
     bending_stiffness_n_mm: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
     in_plane_bending: PerDirection | None = number(
-        None, "N mm", "bending stiffness of the inlays in the plane, per width; none: forming derives it as EI of an "
-        "inlay x inlays per width (rig.in_plane_bending), other tests leave it out", gt=0, band=(1e-6, 1e4),
+        None, "N mm", "in-plane bending stiffness of the inlays, per width; none: forming uses EI of an inlay x inlays "
+        "per width (rig.in_plane_bending), other tests neglect it", gt=0, band=(1e-6, 1e4),
     )  # fmt: skip
     in_plane_bending_n_mm: ClassVar[Kernel[Directed | None]] = Kernel("in_plane_bending")
     shear: Annotated[ShearLaw, Absent] = _optional(
@@ -95,16 +87,16 @@ class MacroMaterial(Strict):
     )
     compression_ratio: Quantity = number(
         Quantity(value=0.01, source="assumed", ref="yarns buckle"),
-        "1", "compressive over largest tensile tangent", gt=0, le=1,
+        "1", "compressive stiffness over the largest tensile tangent", gt=0, le=1,
     )  # fmt: skip
     poisson: Quantity = number(
         Quantity(value=0.0, source="assumed", ref="inlays of both directions slide on each other"),
-        "1", "contraction of the weft over the strain of the warp when the warp is pulled alone; below -0.4 a "
-        "clamped strip no longer repeats its tension curve (6 % off at -0.9)", ge=-0.4, le=2,
+        "1", "Poisson's ratio: weft contraction over warp strain under warp tension. Below -0.4 a clamped strip no "
+        "longer follows its tension curve (6 % off at -0.9)", ge=-0.4, le=2,
     )  # fmt: skip
     self_friction: Quantity = number(
         Quantity(value=0.3, source="assumed", ref="as yarn on yarn; fabric on fabric is not published"),
-        "1", "Coulomb coefficient of the fabric on itself, one face (model.macro.self_contact)", ge=0, le=2,
+        "1", "Coulomb coefficient of the fabric on itself (model.macro.self_contact)", ge=0, le=2,
     )  # fmt: skip
 
     @model_validator(mode="after")
@@ -112,65 +104,64 @@ class MacroMaterial(Strict):
         if self.tension is not None and set(self.tension) != {"warp", "weft"}:
             raise ValueError("tension needs a curve for warp and for weft")
         if (self.tension is None) != (self.fracture_strain is None):
-            raise ValueError("tension and fracture_strain go together: give both, or none to derive both")
+            raise ValueError("tension and fracture_strain need each other: give both, or none to derive both")
         return self
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """Parts of the card that are not stated."""
+        """Parts of the card that are not given."""
         return tuple(name for name in CARD if getattr(self, name) is None)
 
     @property
     def curve_files(self) -> dict[str, str]:
-        """CSV files of the curves by their field, ``tension.warp`` for example."""
+        """CSV files of the curves by field, such as ``tension.warp``."""
         found = {f"tension.{d}": one for d, one in (self.tension or {}).items() if isinstance(one, str)}
         return found if self.shear is None or self.shear.curve is None else found | {"shear": self.shear.curve}
 
 
-#: parts of the card of the shells that can be derived from yarns
+#: parts of the macro material card that can be derived from yarns
 CARD = ("tension", "bending_stiffness", "shear")
 
-#: what a fabric of the macro scale alone may leave out
+#: fields that a fabric for the macro scale may leave out
 YARN_LEVEL = ("loop_length", "reinforcing", "knitting", "contact")
 
 
 class Fabric(Strict):
-    """A biaxial weft-knitted fabric; without loops and yarns any reinforcement, for the macro scale."""
+    """Biaxial weft-knitted fabric; without loops and yarns, any reinforcement at the macro scale."""
 
-    name: str = Field(description="short name, used in file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
+    name: str = Field(description="short name, for file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
     title: str = Field("", description="one line for reports")
     warp_density: Quantity = measure("yarn/100 mm", "warp yarns (wales) per width", gt=0, band=(5, 200))
     warp_density_per_mm: ClassVar[Kernel[float]] = Kernel("warp_density")
     weft_density: Quantity = measure("yarn/100 mm", "weft yarns (courses) per length", gt=0, band=(5, 200))
     weft_density_per_mm: ClassVar[Kernel[float]] = Kernel("weft_density")
-    loop_length: Annotated[Quantity, Absent] = number(None, "mm", "knitting yarn in one loop", gt=0, band=(1, 100))
+    loop_length: Annotated[Quantity, Absent] = number(
+        None, "mm", "length of the knitting yarn in one loop", gt=0, band=(1, 100)
+    )
     loop_length_mm: ClassVar[Kernel[float]] = Kernel("loop_length")
     area_mass: Quantity = measure("g/m2", "mass per area", gt=0, band=(20, 20000))
     area_mass_g_per_mm2: ClassVar[Kernel[float]] = Kernel("area_mass")
     thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
     thickness_mm: ClassVar[Kernel[float]] = Kernel("thickness")
-    reinforcing: Annotated[ReinforcingYarn, Absent] = _optional("warp and weft inlay yarn")
-    knitting: Annotated[KnittingYarn, Absent] = _optional("yarn of the loops")
-    contact: Annotated[YarnContact, Absent] = _optional(
-        "yarn-yarn contact; what it leaves out is derived from the yarn of the loops"
-    )
+    reinforcing: Annotated[ReinforcingYarn, Absent] = _optional("yarn of the warp and weft inlays")
+    knitting: Annotated[KnittingYarn, Absent] = _optional("knitting yarn, which forms the loops")
+    contact: Annotated[YarnContact, Absent] = _optional("yarn-yarn contact; none: derived from the knitting yarn")
     macro: MacroMaterial = Field(
         default_factory=MacroMaterial,
-        description="material card of the shells, macro scale; what it leaves out is derived from the yarns",
+        description="macro material card (shell elements); missing parts are derived from the yarns",
     )
     experiment: str | None = Field(None, description="folder of the measured results, in ./data or the shipped data")
     experiment_variant: str | None = Field(None, description="variant key in the experiment's tables")
     rigs: dict[TestName, dict[str, float | dict[str, float]]] = Field(
         default_factory=dict,
-        description="fields of the rig, by test, that runs of this fabric start from, such as its measured friction; "
-        "those of one direction under warp or weft; config file, options and --set go over them, sizes that a preset "
-        "gives to yarns stay",
+        description="defaults of the rig by test, such as the measured friction; those of one direction under warp or "
+        "weft. Config file, options and --set override them; sizes of a meso preset stay",
     )
 
     @model_validator(mode="before")
     @classmethod
     def _follows_its_yarns(cls, data: object) -> Any:
-        """Mass and thickness follow from yarns of data sheets where they are not stated."""
+        """Derive area mass and thickness from yarns with a data sheet where they are not given."""
         if not isinstance(data, Mapping):
             return data
         needed = [name for name in ("area_mass", "thickness") if name not in data or is_filled(data[name])]
@@ -190,7 +181,7 @@ class Fabric(Strict):
     @model_validator(mode="before")
     @classmethod
     def _contact_follows_its_yarns(cls, data: object) -> Any:
-        """Contact between yarns follows from the yarn of the loops where it is not stated."""
+        """Derive the yarn contact from the knitting yarn where it is not given."""
         if not isinstance(data, Mapping) or data.get("reinforcing") is None or data.get("knitting") is None:
             return data
         contact = data.get("contact")
@@ -205,65 +196,54 @@ class Fabric(Strict):
         return {**data, "contact": {**contact_of(loop, stated), **stated}}
 
     @model_validator(mode="after")
-    def _loop_spans_its_cell(self) -> Self:
-        """Each half loop rises a course and crosses half a wale, whatever its shape; no loop is many times as long."""
-        if self.loop_length is None:
-            return self
-        shortest = math.hypot(self.wale_spacing, 2.0 * self.course_spacing)
-        if self.loop_length.value < shortest:
-            raise BoundsError(
-                f"at these densities a loop needs more than {shortest:.3g} mm to span its cell", "loop_length"
-            )
-        if self.reinforcing is None or self.knitting is None:
-            return self
-        around = math.pi * (self.reinforcing.beam_diameter.value + self.knitting.beam_diameter.value)
-        if self.loop_length.value > LOOP_LENGTH * (shortest + around):
-            raise BoundsError(
-                f"implausible at these densities and diameters, expected at most "
-                f"{LOOP_LENGTH * (shortest + around):.3g} mm: correct it, warp_density or weft_density",
-                "loop_length",
-            )
-        return self
-
-    @model_validator(mode="after")
-    def _is_made_of_its_yarns(self) -> Self:
-        _check_area_mass(self)
-        _check_thickness(self)
-        _check_patch(self)
-        _check_sections(self)
-        return self
-
-    @model_validator(mode="after")
-    def _experiment_says_which_rows(self) -> Self:
+    def _is_consistent(self) -> Self:
+        for check in (_check_loop, _check_area_mass, _check_thickness, _check_patch, _check_sections):
+            check(self)
         if self.experiment is not None and self.experiment_variant is None:
-            raise BoundsError("missing: which variant in the experiment's tables is this fabric?", "experiment_variant")
+            raise BoundsError("missing: name of this fabric in the tables of the experiment", "experiment_variant")
         return self
 
     @property
     def wale_spacing(self) -> float:
-        """Distance of the wales, which is that of the warp yarns [mm]."""
+        """Distance between wales, and between warp yarns [mm]."""
         return 1.0 / self.warp_density_per_mm
 
     @property
     def course_spacing(self) -> float:
-        """Distance of the courses, which is that of the weft yarns [mm]."""
+        """Distance between courses, and between weft yarns [mm]."""
         return 1.0 / self.weft_density_per_mm
 
     @property
     def density_per_mm(self) -> Directed:
-        """Yarns of each direction over the length across them."""
+        """Yarns per length [1/mm] of each direction."""
         return Directed(self.warp_density_per_mm, self.weft_density_per_mm)
 
 
-def _check_area_mass(fabric: Fabric) -> None:
-    """The measured mass is, within a factor, that of the yarns."""
-    if (yarns := yarn_area_mass(fabric)) is None:
+def _check_loop(fabric: Fabric) -> None:
+    """Check that the loop spans its cell, half a wale and two courses, and is not many times as long."""
+    if fabric.loop_length is None:
         return
-    low, high = (share * yarns for share in AREA_MASS)
-    if not makes_mass(fabric, fabric.area_mass.value):
+    shortest = math.hypot(fabric.wale_spacing, 2.0 * fabric.course_spacing)
+    if fabric.loop_length.value < shortest:
+        raise BoundsError(f"must be more than {shortest:.3g} mm to span its cell at these densities", "loop_length")
+    if fabric.reinforcing is None or fabric.knitting is None:
+        return
+    around = math.pi * (fabric.reinforcing.beam_diameter.value + fabric.knitting.beam_diameter.value)
+    if fabric.loop_length.value > LOOP_LENGTH * (shortest + around):
         raise BoundsError(
-            f"implausible: densities, linear densities and loops make {yarns:.4g} g/m2, expected {low:.4g} to "
-            f"{high:.4g} g/m2; correct it or them (shells alone need no loop_length, reinforcing, knitting, contact)",
+            f"implausible at these densities and diameters, expected at most {LOOP_LENGTH * (shortest + around):.3g} "
+            "mm: correct loop_length, warp_density or weft_density",
+            "loop_length",
+        )
+
+
+def _check_area_mass(fabric: Fabric) -> None:
+    """Check that the area mass is, within a factor, that of the yarns."""
+    if (yarns := yarn_area_mass(fabric)) is not None and not makes_mass(fabric, fabric.area_mass.value):
+        low, high = (share * yarns for share in AREA_MASS)
+        raise BoundsError(
+            f"implausible, expected {low:.4g} to {high:.4g} g/m2: the yarns make {yarns:.4g} g/m2. Correct area_mass, "
+            "densities, linear densities or loop_length (not needed at the macro scale: loop_length, yarns, contact)",
             "area_mass",
         )
 
@@ -275,7 +255,7 @@ def makes_mass(fabric: Fabric, area_mass: float) -> bool:
 
 
 def yarn_area_mass(fabric: Fabric) -> float | None:
-    """Area mass [g/m2] of the yarns: densities times linear densities with crimp, and one loop a cell; None without."""
+    """Area mass [g/m2] of the yarns: densities x linear densities with crimp, and one loop per cell; None without."""
     if fabric.loop_length is None or fabric.reinforcing is None or fabric.knitting is None:
         return None
     inlay, loop = fabric.reinforcing.linear_density_g_per_mm, fabric.knitting.linear_density_g_per_mm
@@ -287,28 +267,30 @@ def yarn_area_mass(fabric: Fabric) -> float | None:
 
 
 def mass_and_thickness(fabric: Fabric) -> dict[str, dict[str, Any]]:
-    """Entries of the area mass and the thickness that the yarns of ``fabric`` make."""
+    """Entries of area mass and thickness, from the yarns of ``fabric``."""
     inlay, loop = fabric.reinforcing.beam_diameter.value, fabric.knitting.beam_diameter.value
     return {
-        "area_mass": filled(yarn_area_mass(fabric) or 0.0, "g/m2", "densities x linear densities, and a loop a cell"),
-        "thickness": filled(2.0 * (inlay + loop), "mm", "two inlays and two loop yarns, as circles"),
+        "area_mass": filled(
+            yarn_area_mass(fabric) or 0.0, "g/m2", "densities x linear densities, and one loop per cell"
+        ),
+        "thickness": filled(2.0 * (inlay + loop), "mm", "two inlays and two knitting yarns, as circles"),
     }
 
 
 def contact_of(loop: KnittingYarn, stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Entries of a contact between yarns that ``stated`` ones leave out.
+    """Entries of a yarn contact that ``stated`` ones leave out.
 
-    A force as large as the breaking force of the loop yarn presses a contact in by its radius. So depths are similar
-    shares of the radius with thin and thick yarns, and contacts of weak loops do not shorten the time step.
+    The breaking force of the knitting yarn presses a contact in by the radius of the yarn. So depths are similar shares
+    of the radius for thin and thick yarns, and contacts of weak yarns do not shorten the time step.
     """
     force, radius = strength_of(loop), 0.5 * loop.beam_diameter.value
     least = LEAST_STICKING / max(number_of(stated.get("tangential_ratio")) or TANGENTIAL, 1e-9)
     stiffness = max(force / radius, LEAST_STIFFNESS, least)
     return {
-        "friction_coefficient": filled(FRICTION, "", "usual between yarns", "assumed"),
+        "friction_coefficient": filled(FRICTION, "", "usual yarn on yarn", "assumed"),
         "normal_stiffness": filled(
             stiffness, "N/mm",
-            f"breaking force {force:.4g} N of the loop yarn / its radius {radius:.4g} mm, at least "
+            f"breaking force {force:.4g} N of the knitting yarn / its radius {radius:.4g} mm, at least "
             f"{max(LEAST_STIFFNESS, least):.4g} N/mm",
         ),
         "tangential_ratio": filled(TANGENTIAL, "", "sticking stiffness over normal stiffness", "assumed"),
@@ -316,29 +298,31 @@ def contact_of(loop: KnittingYarn, stated: Mapping[str, Any]) -> dict[str, dict[
 
 
 def _check_thickness(fabric: Fabric) -> None:
-    """The thickness is one of an inlay each way between loops."""
+    """Check that the thickness is that of a warp and a weft inlay between loops."""
     if fabric.reinforcing is None or fabric.knitting is None:
         return
     inlays = sum(fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft"))
     low, high = THICKNESS[0] * inlays, THICKNESS[1] * (inlays + 2.0 * fabric.knitting.beam_diameter.value)
     if not low <= fabric.thickness.value <= high:
         raise BoundsError(
-            f"implausible beside the yarns' beam_diameter or height of section, expected {low:.3g} to {high:.3g} mm",
+            f"implausible, expected {low:.3g} to {high:.3g} mm for the diameters or section heights of the yarns",
             "thickness",
         )
 
 
 def _check_patch(fabric: Fabric) -> None:
-    """Patches of neighbouring crossings do not overlap."""
+    """Check that contact patches of neighbouring crossings do not overlap."""
     if fabric.contact is None or fabric.contact.patch is None or fabric.contact.patch.radius is None:
         return
     most = 0.5 * min(fabric.wale_spacing, fabric.course_spacing)
     if fabric.contact.patch.radius.largest > most:
-        raise BoundsError(f"at these densities patches overlap beyond {most:.3g} mm", "contact.patch.radius")
+        raise BoundsError(
+            f"must be at most {most:.3g} mm, or patches overlap at these densities", "contact.patch.radius"
+        )
 
 
 def _check_sections(fabric: Fabric) -> None:
-    """Between two inlays side by side the loop still passes: an ellipse leaves it its own diameter."""
+    """Check that elliptic inlays leave the loop its own diameter between them."""
     if fabric.reinforcing is None or fabric.knitting is None or (section := fabric.reinforcing.section) is None:
         return
     _check_compaction(fabric, section)
@@ -351,20 +335,20 @@ def _check_sections(fabric: Fabric) -> None:
             packing = section.packing.of(direction).value / ratio
             less = f"at most {ratio:.3g}" if ratio >= 1.0 else f"1 and a packing of at least {packing:.3g}"
             raise BoundsError(
-                f"a section of {width:.3g} x {height:.3g} mm leaves the loop less than its diameter between yarns "
-                f"{pitch:.3g} mm apart, expected {less}",
+                f"sections of {width:.3g} x {height:.3g} mm at a spacing of {pitch:.3g} mm leave no room for the loop, "
+                f"expected {less}",
                 f"reinforcing.section.width_to_height.{direction}",
             )
 
 
 def _check_compaction(fabric: Fabric, section: InlaySection) -> None:
-    """Sections flatten by the law from which patches grow."""
+    """Check that sections flatten by the same law by which contact patches grow."""
     law, patch = section.flattening, None if fabric.contact is None else fabric.contact.patch
     if law is None or patch is None or (grown := patch.compaction) is None:
         return
     if (law.modulus.value, law.exponent) != (grown.reinforcing.value, grown.exponent):
         raise BoundsError(
-            f"a modulus of {law.modulus.value:g} MPa with exponent {law.exponent}, but contact.patch.compaction has "
-            f"{grown.reinforcing.value:g} MPa with {grown.exponent}: expected one law for both",
+            f"modulus {law.modulus.value:g} MPa and exponent {law.exponent} differ from contact.patch.compaction "
+            f"({grown.reinforcing.value:g} MPa, {grown.exponent}): expected the same law",
             "reinforcing.section.flattening",
         )

@@ -1,4 +1,4 @@
-"""Fields, unit and description that the models give a key path of a run."""
+"""Fields of the config models by key path: model, unit and description."""
 
 import difflib
 from collections.abc import Iterator
@@ -16,7 +16,7 @@ from knittest.config.yaml_loader import KeyPath
 
 @dataclass(frozen=True)
 class Place:
-    """A field of the config: the model it holds, if any, its unit (``""`` without) and its description."""
+    """Field of a config: its model, if it has one, its unit (``""`` without) and its description."""
 
     model: type[BaseModel] | None
     unit: str
@@ -29,12 +29,12 @@ class Place:
 
     @property
     def names(self) -> list[str]:
-        """Fields inside."""
+        """Names of the fields inside."""
         return list(self.model.model_fields) if self.model else []
 
 
 def place(path: KeyPath, kind: object = DEFAULT) -> Place | None:
-    """The field at ``path`` of a run of ``kind`` (or of the model ``kind``), ``None`` where its models have none."""
+    """Field at ``path`` of a run of ``kind`` (or of the model ``kind``); ``None`` if there is none."""
     here = Place(_root(kind), "", "the run")
     for part in path:
         if here.model is None or part not in here.model.model_fields:
@@ -43,12 +43,12 @@ def place(path: KeyPath, kind: object = DEFAULT) -> Place | None:
         unit = field_meta(here.model, str(part)).get("unit", "")
         if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry the unit of their holder
             unit = here.unit
-        here = Place(_model_in(info.annotation), unit, info.description or here.description)
+        here = Place(model_of(info.annotation), unit, info.description or here.description)
     return here
 
 
 def nearest(name: str, names: list[str]) -> str | None:
-    """The most similar of ``names``, if any is similar."""
+    """Most similar of ``names``; ``None`` if none is similar."""
     lower = {n.lower(): n for n in reversed(names)}
     close = difflib.get_close_matches(name.lower(), list(lower), 1, 0.6)
     return lower[close[0]] if close else None
@@ -56,7 +56,7 @@ def nearest(name: str, names: list[str]) -> str | None:
 
 @cache
 def all_paths(kind: object = DEFAULT) -> tuple[str, ...]:
-    """Dotted path of every field of a run of ``kind`` (or of the model ``kind``), as ``--set`` takes it."""
+    """Dotted paths, as for ``--set``, of all fields of a run of ``kind`` (or of the model ``kind``)."""
     return tuple(_paths_below(_root(kind), ""))
 
 
@@ -67,14 +67,16 @@ def _root(kind: object) -> type[BaseModel]:
 def _paths_below(model: type[BaseModel], prefix: str) -> Iterator[str]:
     for name, info in model.model_fields.items():
         yield prefix + name
-        inner = _model_in(info.annotation)
+        inner = model_of(info.annotation)
         if inner is not None and inner is not Quantity:
             yield from _paths_below(inner, f"{prefix}{name}.")
 
 
-def _model_in(annotation: object) -> type[BaseModel] | None:
+def model_of(annotation: object, contained: bool = False) -> type[BaseModel] | None:
+    """Model that a field holds, alone or optional; if ``contained``, also in a list or in the values of a map."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return annotation
-    if get_origin(annotation) in (list, dict, tuple):
-        return None
-    return next((m for m in map(_model_in, get_args(annotation)) if m is not None), None)
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if origin in (list, dict, tuple):
+        inner = inner[-1:] if contained and origin is not tuple else ()
+    return next((model for one in inner if (model := model_of(one, contained)) is not None), None)

@@ -1,6 +1,5 @@
-"""Quality checks that all tests share: their limits, limits that a user relaxed, and the fields that decide a test."""
+"""Quality checks: their limits, limits that a user relaxed, and the fields that decide a test."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -9,24 +8,23 @@ from knittest.base.kinds import kinds
 from knittest.config.base import field_meta
 from knittest.config.fabric import CARD, Fabric
 from knittest.config.presets import preset_settings
-from knittest.config.run import Run, Scale, Solver
+from knittest.config.run import Run, Solver
 from knittest.config.yaml_loader import dotted
 
-#: fields of the model that a gate hangs on, beside the limits of the gates and what tests state of their rigs, and the
-#: sign of the looser side: contact that lets yarns and folds pass through each other, loops that are not there
+#: fields of the model on which quality checks depend, with the sign of the looser side: self-contact, yarn contact and
+#: knitting yarn may be switched off
 HINGES: dict[tuple[str, ...], int] = {
     ("model", "macro", "self_contact"): -1,
     ("model", "meso", "contact"): -1,
     ("model", "meso", "knitting"): -1,
 }
-#: words of every refusal for a limit
+#: words of every message on a relaxed limit
 LOOSER = "looser than the preset's"
-_SCALES: dict[str, Scale] = {"macro": "macro", "meso": "meso"}
 
 
 @dataclass(frozen=True)
 class Loosened:
-    """Field ``name`` whose ``value`` in a run is looser than ``preset``, that of the run's preset; both in ``unit``."""
+    """Field ``name`` whose ``value`` is looser than ``preset``, the value of the run's preset; both in ``unit``."""
 
     name: str
     value: float
@@ -41,53 +39,44 @@ class Loosened:
 
 
 def loosened(run: Run) -> list[Loosened]:
-    """Limits of ``run`` that are looser than its preset's, whoever asked for them.
-
-    The reference are the tables of the presets and the defaults of the models, which no config reaches.
-    """
+    """Limits of ``run`` looser than those of presets and model defaults, which no config can change."""
     limits = {("solver", name): 1 for name in Solver.model_fields if name.startswith("max_")}
     rig = {("rig", name): sign for name, sign in kinds()[run.rig.kind].hinges.items()}
-    return list(_looser(run, limits | rig | HINGES))
-
-
-def _looser(run: Run, fields: dict[tuple[str, ...], int]) -> Iterator[Loosened]:
     settings = preset_settings(run.rig.kind, run.model.preset, run.model.scale)
-    for path, sign in fields.items():
-        if run.model.scale != _SCALES.get(path[1], run.model.scale):
+    found = []
+    for path, sign in (limits | rig | HINGES).items():
+        if path[1] in ("macro", "meso") and path[1] != run.model.scale:
             continue
         holder: Any = run
         preset: Any = settings
         for part in path[:-1]:
             holder, preset = getattr(holder, part), preset.get(part, {})
-        name = path[-1]
-        if name not in type(holder).model_fields:
+        name, fields = path[-1], type(holder).model_fields
+        value = getattr(holder, name, None)
+        if name not in fields or value is None:  # None: the test has a value of its own
             continue
-        reference = preset.get(name, type(holder).model_fields[name].default)
-        value = getattr(holder, name)
-        if value is None:  # what the test takes by itself
-            continue
-        if reference is None:
-            reference = run.rig.usual[name]
+        reference = preset.get(name, fields[name].default)
+        reference = run.rig.usual[name] if reference is None else reference
         if sign * value > sign * reference:
-            yield Loosened(dotted(path), value, reference, field_meta(type(holder), name).get("unit", ""))
+            found.append(Loosened(dotted(path), value, reference, field_meta(type(holder), name).get("unit", "")))
+    return found
 
 
 def _shown(value: float) -> str:
     return str(value).lower() if isinstance(value, bool) else f"{value:g}"
 
 
-#: rows of the energies that a judgement needs
+#: rows of the energies that a quality check needs
 LEAST_ROWS = 10
-#: share of a limit from which on a value is worth a warning
+#: share of a limit above which a value gets a warning
 NEAR = 0.5
 
 
 @dataclass(frozen=True)
 class SolverGate:
-    """Gate on a number of :class:`Quality`, and of summary.json, by ``key``, times ``scale`` [%].
+    """Quality check of a number of :class:`Quality`, and of summary.json, by ``key``, times ``scale`` [%].
 
-    ``limit`` is the solver's field that bounds it; ``only``, where it is not for all, a scale, or ``own`` for tests
-    whose record names it.
+    ``limit`` is the solver field with its limit. ``only`` restricts it to a scale, or (``own``) to tests that name it.
     """
 
     label: str
@@ -101,45 +90,47 @@ class SolverGate:
         return self.scale * float(getattr(quality, self.key))
 
     def applies(self, run: Run) -> bool:
-        """Tell whether it means something in ``run``."""
+        """Tell whether the check applies to ``run``."""
         if self.only == "own":
             return self.key in kinds()[run.rig.kind].gates
         return self.only in ("", run.model.scale)
 
 
-#: judged of shells at rest too
-HOURGLASS = SolverGate("hourglass over internal energy", "hourglass_over_internal_max", "max_hourglass", only="macro")
+#: also checked in static equilibrium
+HOURGLASS = SolverGate(
+    "hourglass energy over internal energy", "hourglass_over_internal_max", "max_hourglass", only="macro"
+)
 GATES = (
     SolverGate("kinetic energy over work", "ke_over_ie_max", "max_kinetic_ratio"),
     SolverGate("energy error", "energy_error_max", "max_energy_error"),
-    SolverGate("damping over work", "damping_over_work_max", "max_damping"),
-    SolverGate("damping of contacts over work", "contact_damping_over_work_max", "max_contact_damping"),
+    SolverGate("damping energy over work", "damping_over_work_max", "max_damping"),
+    SolverGate("contact damping over work", "contact_damping_over_work_max", "max_contact_damping"),
     HOURGLASS,
     SolverGate("penetration over radius", "penetration_over_radius_max", "max_penetration"),
-    SolverGate("overlap of yarns at the start", "overlap_at_start", "max_overlap"),
-    SolverGate("overlap of yarns that carries no force", "force_free_overlap_max", "max_force_free", only="meso"),
+    SolverGate("initial yarn overlap over radius", "overlap_at_start", "max_overlap"),
+    SolverGate("force-free yarn overlap over radius", "force_free_overlap_max", "max_force_free", only="meso"),
     SolverGate("added mass", "added_mass_pct", "max_added_mass", scale=1.0),
-    SolverGate("sheared beyond the end of the law", "beyond_law", "max_beyond_law", only="macro"),
-    SolverGate("drag of damping over weight and holder's force", "drag_over_weight", "max_drag", only="own"),
+    SolverGate("share of shell elements beyond the shear law", "beyond_law", "max_beyond_law", only="macro"),
+    SolverGate("damping force over weight and blank-holder force", "drag_over_weight", "max_drag", only="own"),
 )
 
 
 def gates_of(run: Run) -> list[SolverGate]:
-    """The gates of a test that is integrated in time."""
+    """Quality checks of a run that is integrated in time."""
     return [gate for gate in GATES if gate.applies(run)]
 
 
 def limits_judged(run: Run, quality: Quality) -> Quality:
-    """``quality``, refused where a limit is looser than the preset's and nobody accepted that; else with a warning."""
+    """Fail ``quality`` for each limit that is looser than the preset's; only warn if the run accepts them."""
     found = [one.stated for one in loosened(run)]
     if run.accept_limits:
         return quality.warning(*(f"{text}: accepted by --accept-limits" for text in found))
     for text in found:
-        quality = quality.refusing(f"{text}: leave it, or accept it with --accept-limits")
+        quality = quality.refusing(f"{text}: use the preset's value, or accept it with --accept-limits")
     return quality
 
 
-#: beginning of the reference of what was derived from a cell of the fabric's yarns; their digest follows
+#: beginning of the reference of a number that was derived from a cell of the yarns; their digest follows
 FROM_YARNS = "derived from one cell of the yarns "
 #: fields that decide a row of the relaxed cell
 CELL: dict[str, tuple[str, ...]] = {
@@ -154,14 +145,14 @@ CELL: dict[str, tuple[str, ...]] = {
 
 
 def deciding(run: Run) -> tuple[str, ...]:
-    """Fields of the fabric, or of the rig, that decide what is compared of ``run``; none that the fabric leaves out."""
+    """Fields of the fabric or the rig that decide the compared results of ``run``, without those that are missing."""
     fields = kinds()[run.rig.kind].deciding.get(run.model.scale, ())
     named = (field.format(d=run.direction) for field in fields)
     return tuple(field for field in named if field.startswith("rig.") or entry(run.fabric, field) is not None)
 
 
 def entry(fabric: Fabric, field: str) -> object:
-    """Entry of ``field`` of ``fabric``, none where it is left out; a path of a curve has no source."""
+    """Value of ``field`` of ``fabric``; None if it is missing."""
     value: object = fabric
     for part in field.split("."):
         value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
@@ -169,12 +160,12 @@ def entry(fabric: Fabric, field: str) -> object:
 
 
 def in_card(field: str) -> bool:
-    """Tell whether ``field`` is of a part of the card that is derived from yarns."""
+    """Tell whether ``field`` is in a part of the macro material card that can be derived from yarns."""
     return any(field.startswith(f"macro.{part}") for part in CARD)
 
 
 def by_its_yarns(run: Run) -> Run:
-    """``run``, or where the card that decides it was derived from the fabric's yarns the same run of those."""
+    """The run at the meso scale if its macro material card was derived from the yarns, else ``run``."""
     fields = [field for field in deciding(run) if in_card(field)]
     cards = [str(getattr(entry(run.fabric, field), "ref", "")) for field in fields]
     if run.model.scale == "meso" or not cards or not all(ref.startswith(FROM_YARNS) for ref in cards):
@@ -183,5 +174,5 @@ def by_its_yarns(run: Run) -> Run:
 
 
 def is_fed(run: Run) -> bool:
-    """Tell whether the test returns its input: shells their curves, faces their friction, a strip its bending."""
+    """Tell whether the results of ``run`` only reproduce its input, as of a macro tensile test its curve."""
     return run.model.scale in kinds()[run.rig.kind].fed

@@ -1,4 +1,4 @@
-"""Laws in a fabric file: axial law of yarns, sections of inlays, shear of shells, contact between yarns."""
+"""Laws in a fabric file: axial law and sections of yarns, shear law of the macro model, yarn contact."""
 
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -18,257 +18,217 @@ from knittest.config.base import (
     number,
 )
 
-# The axial law of a yarn: linear, with a toe, or a table.
-#
-# Every condition raises :class:`BoundsError` naming the field.
-
-#: strain [%] and stress [MPa] that a point of a yarn's law may have
+#: pairs of numbers of a table
+Points = list[Annotated[tuple[float, float], Field(strict=False)]]
+#: bounds of the coordinates of points: strain and stress of a yarn, shear angle and force of the macro model
 LAW_STRAIN, LAW_STRESS = {"unit": "%", "ge": 0, "le": 50}, {"unit": "MPa", "ge": 0, "le": 1e5}
-#: toe [%] below which it is a fraction in place of per cent
+ANGLE, FORCE = {"unit": "deg", "ge": 0, "le": 89}, {"unit": "N/mm", "ge": 0, "le": 1e3}
+#: smallest toe [%]; below, it is a fraction instead of per cent
 LEAST_TOE = 0.02
+
+
+def check_points(points: Points, name: str, x: dict[str, Any] | None = None, y: dict[str, Any] | None = None) -> None:
+    """Raise :class:`BoundsError` unless ``points`` start at (0, 0), rise in ``name`` and are within ``x`` and ``y``."""
+    if len(points) < 2 or points[0] != (0.0, 0.0):
+        raise BoundsError("expected at least two points, the first [0, 0]", "points")
+    for point in points:
+        for value, bounds in zip(point, (x, y), strict=True):
+            check_bounds(value, bounds or {}, "points")
+    if any(b[0] <= a[0] for a, b in pairwise(points)):
+        raise BoundsError(f"{name} must rise strictly", "points")
 
 
 class YarnLaw(Strict):
     """Axial law of a yarn: linear, linear after a parabolic toe, or a table."""
 
     kind: Literal["linear", "toe", "table"] = Field("linear", description="shape of the axial stress-strain law")
-    toe_strain: float = number(0.0, "%", "strain at which the toe ends (kind toe)", ge=0, le=2, least=LEAST_TOE)
-    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
+    toe_strain: float = number(0.0, "%", "strain at the end of the toe (kind toe)", ge=0, le=2, least=LEAST_TOE)
+    points: Points = Field(
         default_factory=list, description="strain [%] and stress [MPa] pairs, rising, first (0, 0) (kind table)"
     )
 
     @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        _check_law(self)
+    def _is_consistent(self) -> Self:
+        if self.kind == "toe" and self.toe_strain <= 0:
+            raise BoundsError("must be greater than 0 % for kind toe", "toe_strain")
+        if self.kind != "table":
+            return self
+        check_points(self.points, "strains", LAW_STRAIN, LAW_STRESS)
+        if any(b[1] < a[1] for a, b in pairwise(self.points)):
+            raise BoundsError("stresses must not fall (fracture_strain sets the failure)", "points")
+        if self.points[1][1] <= 0.0:
+            raise BoundsError("the first slope must be above 0: give slack by reinforcing.slack", "points")
         return self
 
 
-def _check_law(law: YarnLaw) -> None:
-    """A law has the numbers of its kind, rises from the start, and its points are strains and stresses."""
-    if law.kind == "toe" and law.toe_strain <= 0:
-        raise BoundsError("kind toe needs toe_strain > 0 %", "toe_strain")
-    if law.kind == "table":
-        _check_points(law.points)
-
-
-def _check_points(points: list[tuple[float, float]]) -> None:
-    if len(points) < 2 or points[0] != (0.0, 0.0):
-        raise BoundsError("kind table needs at least two points, the first [0, 0]", "points")
-    for strain, stress in points:
-        check_bounds(strain, LAW_STRAIN, "points")
-        check_bounds(stress, LAW_STRESS, "points")
-    if any(b[0] <= a[0] for a, b in pairwise(points)):
-        raise BoundsError("table strains must rise strictly", "points")
-    if any(b[1] < a[1] for a, b in pairwise(points)):
-        raise BoundsError("table stresses must not fall (failure is set by fracture_strain)", "points")
-    if points[1][1] <= 0.0:
-        raise BoundsError(
-            "the table has no slope at its start: a yarn would carry nothing; give slack by reinforcing.slack", "points"
-        )
-
-
 class Flattening(Strict):
-    """Lateral compaction of a section of conserved area: pressure = modulus x (share of height)^exponent.
+    """Lateral compaction of a section of constant area: pressure = modulus x (lost share of the height)^exponent.
 
-    The pressure acts over the width; from the sides over the height, with the share of the width that is lost.
+    The pressure acts over the width; from the sides it acts over the height, with the lost share of the width.
     """
 
-    exponent: Literal[1, 3] = Field(1, description="power of the share by which the section is compacted")
-    modulus: Quantity = measure("MPa", "modulus of the inlays across", gt=0, band=(0.1, 1e4))
+    exponent: Literal[1, 3] = Field(1, description="exponent of the law")
+    modulus: Quantity = measure("MPa", "transverse modulus of the inlays", gt=0, band=(0.1, 1e4))
     modulus_mpa: ClassVar[Kernel[float]] = Kernel("modulus")
 
 
 class InlaySection(Strict):
-    """Elliptic sections of the inlays in contact: pi / 4 x width x height = fibre area / packing.
+    """Elliptic contact sections of the inlays: pi / 4 x width x height = fibre area / packing.
 
-    The fibre area is ``linear_density`` over ``fibre_density``. They start with their width in the plane of the fabric.
+    The fibre area is ``linear_density`` over ``fibre_density``. The width lies in the plane of the fabric.
     """
 
     shape: Literal["ellipse"] = Field(description="shape of the section")
     fibre_density: Quantity = measure(
-        "g/cm3", "mass of the yarn over the volume of its fibres, matrix fibres too", gt=0, band=(0.8, 9)
+        "g/cm3", "mass over volume of all fibres of the yarn, matrix fibres included", gt=0, band=(0.8, 9)
     )
     fibre_density_g_per_mm3: ClassVar[Kernel[float]] = Kernel("fibre_density")
     packing: PerDirection = measure("1", "fibre area over the area of the section", ge=0.3, le=0.907)
-    width_to_height: PerDirection = measure("1", "width of the section over its height", ge=1, le=4)
-    flattening: Flattening | None = Field(None, description="how sections flatten under lateral force; none: rigid")
+    width_to_height: PerDirection = measure("1", "width over height of the section", ge=1, le=4)
+    flattening: Flattening | None = Field(None, description="flattening under lateral force; none: rigid sections")
 
 
-#: shear angle and force that a point of the law may have
-ANGLE, FORCE = {"unit": "deg", "ge": 0, "le": 89}, {"unit": "N/mm", "ge": 0, "le": 1e3}
 ELASTIC = Quantity(value=0.0, source="assumed", ref="elastic: no unloading was measured")
 
 
 class ShearLaw(Strict):
     """In-plane shear force S [N/mm] over the shear angle, odd; S dgamma is the work per reference area.
 
-    Under growing shear the force is S. The share ``friction_share`` of it is friction: when the shear turns back, this
-    part falls with ``unloading_stiffness`` to the friction of the opposite sign, and slides there.
+    Under growing shear the force is S. Its share ``friction_share`` is friction: when the shear reverses, this part
+    falls with ``unloading_stiffness`` to the friction of opposite sign, and slides there.
     """
 
-    kind: Literal["linear", "table"] = Field(
-        "linear", description="shape of the law; says which of the next fields count"
-    )
+    kind: Literal["linear", "table"] = Field("linear", description="shape of the law")
     stiffness: Quantity | None = number(
         None, "N/mm", "force per length and radian (kind linear)", gt=0, band=(1e-4, 1e3)
     )
     stiffness_n_per_mm: ClassVar[Kernel[float | None]] = Kernel("stiffness")
     curve: str | None = Field(
-        None,
-        description="CSV in ./data or the shipped data (kind table): shear_angle_deg and shear_force_n_per_mm "
+        None, description="CSV in ./data or the shipped data (kind table): shear_angle_deg and shear_force_n_per_mm "
         "(conjugate), normalised_shear_force_n_per_mm or cauchy_shear_n_per_mm",
-    )
-    points: list[Annotated[tuple[float, float], Field(strict=False)]] = Field(
+    )  # fmt: skip
+    points: Points = Field(
         default_factory=list, description="instead of a CSV: shear angle [deg] and force [N/mm] pairs, first (0, 0)"
     )
     definition: Literal["conjugate", "normalised", "cauchy"] = Field(
-        "conjugate",
-        description="what the force of the points is: conjugate to the angle per reference area; normalised frame "
-        "force F_s L_frame / L_fabric^2; Cauchy stress times thickness along a fibre. A CSV says it by its column",
-    )
+        "conjugate", description="force of the points: conjugate to the angle per reference area; normalised frame "
+        "force F_s L_frame / L_fabric^2; Cauchy stress x thickness along a fibre. A CSV states it by its column",
+    )  # fmt: skip
     source: Source | None = Field(
-        None, description="where a table comes from: measured, derived, tuned, predicted (by the yarns), assumed, user"
+        None, description="origin of a table: measured, derived, tuned, predicted (meso model), assumed, user"
     )
     ref: str = Field("", description="table, figure or reasoning behind a table")
     friction_share: Quantity = number(ELASTIC, "1", "share of the force that is friction", ge=0, le=1)
     unloading_stiffness: Quantity | None = number(
-        None,
-        "N/mm",
-        "stiffness of the friction before it slides; none: the steepest tangent of the law",
-        gt=0,
-        band=(1e-4, 1e6),
-    )
+        None, "N/mm", "stiffness of the friction before it slides; none: the steepest tangent of the law",
+        gt=0, band=(1e-4, 1e6),
+    )  # fmt: skip
     unloading_stiffness_n_per_mm: ClassVar[Kernel[float | None]] = Kernel("unloading_stiffness")
 
     @model_validator(mode="after")
-    def _consistent(self) -> Self:
+    def _is_consistent(self) -> Self:
         if self.kind == "linear":
             if self.stiffness is None:
                 raise BoundsError("missing: kind linear needs it", "stiffness")
             return self
         if (self.curve is None) == (not self.points):
-            raise ValueError("kind table needs a curve (CSV) or points, one of them and the other null")
+            raise ValueError("kind table needs either curve (a CSV) or points")
         if self.source is None:
-            raise BoundsError("missing: where does the table come from?", "source")
+            raise BoundsError("missing: origin of the table (measured, derived, tuned, predicted, assumed)", "source")
         if self.points:
-            _check_shear_points(self.points)
+            check_points(self.points, "shear angles", ANGLE, FORCE)
         return self
 
 
-def _check_shear_points(points: list[tuple[float, float]]) -> None:
-    if len(points) < 2 or points[0] != (0.0, 0.0):
-        raise BoundsError("expected at least two, the first [0, 0]", "points")
-    if any(b[0] <= a[0] for a, b in pairwise(points)):
-        raise BoundsError("shear angles must rise strictly", "points")
-    for angle, force in points:
-        check_bounds(angle, ANGLE, "points")
-        check_bounds(force, FORCE, "points")
-
-
-#: least sticking stiffness of a contact [N/mm]: the share of friction in the work of a sheared cell is 6 % less at it
-#: than at 100 N/mm, 21 % less at 3 N/mm and 57 % less at 1 N/mm (variant 1)
+#: smallest sticking stiffness of a contact [N/mm]: friction work of a sheared cell is 6 % smaller at it than at
+#: 100 N/mm, 21 % at 3 N/mm and 57 % at 1 N/mm (variant 1)
 LEAST_STICKING = 10.0
-#: least normal stiffness [N/mm], and what a contact has that states nothing: coefficient of friction and sticking
-#: stiffness over the normal one
+#: smallest normal stiffness [N/mm]; defaults of the coefficient of friction and of sticking over normal stiffness
 LEAST_STIFFNESS, FRICTION, TANGENTIAL = 100.0, 0.3, 0.1
 
 
 class Compaction(Strict):
     """Progressive yarn contact: F = k d (1 + (d / depth)^exponent), d the penetration, k the normal stiffness."""
 
-    exponent: Literal[1, 2, 3] = Field(2, description="power with which the stiffness grows")
-    depth: Quantity = measure("mm", "penetration at which the force is twice the linear one", gt=0, band=(1e-3, 10))
+    exponent: Literal[1, 2, 3] = Field(2, description="exponent of the law")
+    depth: Quantity = measure("mm", "penetration at which the force is twice the linear force", gt=0, band=(1e-3, 10))
     depth_mm: ClassVar[Kernel[float]] = Kernel("depth")
 
 
 class PatchRadius(Strict):
-    """Radius of the patch over which crossed yarns touch, a disc of even pressure; 0: free spin."""
+    """Radius of the contact patch of crossing yarns, a disc of even pressure; 0: no resistance to spin."""
 
-    inlay_inlay: Quantity = measure("mm", "where a warp crosses a weft", ge=0, le=5)
+    inlay_inlay: Quantity = measure("mm", "crossings of warp and weft", ge=0, le=5)
     inlay_inlay_mm: ClassVar[Kernel[float]] = Kernel("inlay_inlay")
-    inlay_loop: Quantity = measure("mm", "where a loop crosses an inlay", ge=0, le=5)
+    inlay_loop: Quantity = measure("mm", "crossings of loop and inlay", ge=0, le=5)
     inlay_loop_mm: ClassVar[Kernel[float]] = Kernel("inlay_loop")
-    loop_loop: Quantity = measure("mm", "where loops cross each other", ge=0, le=5)
+    loop_loop: Quantity = measure("mm", "crossings of loops", ge=0, le=5)
     loop_loop_mm: ClassVar[Kernel[float]] = Kernel("loop_loop")
 
     @property
     def largest(self) -> float:
-        """Largest of the radii [mm]."""
+        """Largest radius [mm]."""
         return max(self.inlay_inlay_mm, self.inlay_loop_mm, self.loop_loop_mm)
 
 
 class LateralCompaction(Strict):
-    """Lateral compaction of the yarns, pressure = modulus x (share of the height)^exponent, from which patches grow."""
+    """Lateral compaction that sizes the patch: pressure = modulus x (lost share of the height)^exponent."""
 
-    exponent: Literal[1, 3] = Field(1, description="power of the share of its height by which a yarn is compacted")
-    reinforcing: Quantity = measure("MPa", "modulus of the inlays across", gt=0, band=(1e-4, 1e4))
+    exponent: Literal[1, 3] = Field(1, description="exponent of the law")
+    reinforcing: Quantity = measure("MPa", "transverse modulus of the inlays", gt=0, band=(1e-4, 1e4))
     reinforcing_mpa: ClassVar[Kernel[float]] = Kernel("reinforcing")
-    knitting: Quantity = measure("MPa", "modulus of the loop yarn across", gt=0, band=(1e-4, 1e4))
+    knitting: Quantity = measure("MPa", "transverse modulus of the knitting yarn", gt=0, band=(1e-4, 1e4))
     knitting_mpa: ClassVar[Kernel[float]] = Kernel("knitting")
 
 
 class Patch(Strict):
-    """Patch over which crossed yarns touch and resist spin, up to 2/3 of friction, force and its radius.
+    """Contact patch of crossing yarns with resistance to spin, up to 2/3 x friction x force x radius."""
 
-    Its radius is given or follows from the force and the lateral compaction of the yarns.
-    """
-
-    radius: PatchRadius | None = Field(None, description="given radii")
-    compaction: LateralCompaction | None = Field(None, description="or what the yarns give way by across")
+    radius: PatchRadius | None = Field(None, description="constant radii")
+    compaction: LateralCompaction | None = Field(
+        None, description="or lateral compaction, which makes the radii grow with force"
+    )
 
     @model_validator(mode="after")
     def _one_of_both(self) -> Self:
         if (self.radius is None) == (self.compaction is None):
-            raise ValueError("give either radius or compaction")
+            raise ValueError("expected either radius or compaction")
         return self
 
 
 class YarnContact(Strict):
-    """Penalty contact between yarns with Coulomb friction.
+    """Penalty contact between yarns with Coulomb friction; ``contact_of`` of a fabric derives missing fields."""
 
-    A fabric with yarns may leave out the coefficient, the stiffness and the ratio: see ``contact_of`` of
-    :mod:`knittest.config.fabric`.
-    """
-
-    friction_coefficient: Quantity = measure("1", "yarn-yarn Coulomb coefficient; 0.3 where it is left out", ge=0, le=2)
-    static_friction_coefficient: Quantity | None = Field(
-        None,
-        description="the same before a contact slips; none: equal",
-        json_schema_extra={"unit": "1", "ge": 0, "le": 2},
+    friction_coefficient: Quantity = measure("1", "Coulomb coefficient yarn on yarn; default 0.3", ge=0, le=2)
+    static_friction_coefficient: Quantity | None = number(
+        None, "1", "static coefficient, until a contact slips; none: friction_coefficient", ge=0, le=2
     )
     normal_stiffness: Quantity = measure(
-        "N/mm", "penalty stiffness of one crossing; left out: breaking force of the loop yarn over its radius",
+        "N/mm", "penalty stiffness of one crossing; default: breaking force of the knitting yarn over its radius",
         gt=0, band=(LEAST_STIFFNESS, 1e6),
     )  # fmt: skip
     normal_stiffness_n_per_mm: ClassVar[Kernel[float]] = Kernel("normal_stiffness")
-    tangential_ratio: Quantity = measure(
-        "1", "sticking stiffness over normal stiffness; 0.1 where it is left out", gt=0, le=1
-    )
+    tangential_ratio: Quantity = measure("1", "sticking stiffness over normal stiffness; default 0.1", gt=0, le=1)
     compaction: Compaction | None = Field(None, description="progressive normal force; none: linear")
-    patch: Patch | None = Field(None, description="where crossings resist spin; none: they spin freely")
+    patch: Patch | None = Field(None, description="resistance of crossings to spin; none: free spin")
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Schema without required fields: what a file leaves out is derived."""
+        """Schema without required fields: missing ones are derived."""
         found = handler(core)
         handler.resolve_ref_schema(found).pop("required", None)
         return found
 
     @model_validator(mode="after")
-    def _sticks(self) -> Self:
-        """Soft sticking yarns creep against each other where they would rub: no energy is lost in friction."""
+    def _is_consistent(self) -> Self:
         sticking = self.normal_stiffness_n_per_mm * self.tangential_ratio.value
-        if sticking < LEAST_STICKING:
+        if sticking < LEAST_STICKING:  # sticking yarns would creep: no energy is lost in friction
             raise BoundsError(
-                f"times normal_stiffness is {sticking:.3g} N/mm: contacts that stick would creep instead of rubbing, "
-                f"expected at least {LEAST_STICKING:g} N/mm, a ratio of at least "
-                f"{LEAST_STICKING / self.normal_stiffness_n_per_mm:.2g}",
+                f"the sticking stiffness is {sticking:.3g} N/mm, expected at least {LEAST_STICKING:g} N/mm (a ratio of "
+                f"at least {LEAST_STICKING / self.normal_stiffness_n_per_mm:.2g}): softer contacts creep instead of "
+                "rubbing",
                 "tangential_ratio",
             )
-        return self
-
-    @model_validator(mode="after")
-    def _static_not_below(self) -> Self:
         static = self.static_friction_coefficient
         if static is not None and static.value < self.friction_coefficient.value:
             raise BoundsError("must be at least friction_coefficient", "static_friction_coefficient")

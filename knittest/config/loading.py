@@ -1,11 +1,6 @@
-"""Runs from fabric file, run file, preset and options, combined and validated.
-
-What comes later goes over what comes before: defaults of the models, preset, fabric file with its parameter set, config
-file, options, ``--set``.
-"""
+"""Runs from defaults, preset, fabric file with parameter set, config file, options and ``--set``, in this order."""
 
 from collections.abc import Collection, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any, TypedDict, Unpack, get_args
 
@@ -26,10 +21,10 @@ DIRECTIONS: tuple[str, ...] = get_args(Direction)
 
 
 def own_fields(own: Mapping[str, object], kind: str, direction: object) -> dict[str, KeyPath]:
-    """Path below ``own``, what a fabric says of the rig of a test of ``kind``, of each field of a run in ``direction``.
+    """Path below ``own``, the rig defaults of a fabric for ``kind``, of each rig field of a run in ``direction``.
 
-    Those under its direction go over those of both. What is said of the other direction alone holds for it as well, as
-    for a test without directions: :func:`taken_over` tells, since nobody measured it there.
+    Numbers of the direction override those of both. Numbers of the other direction alone hold too, as for a test
+    without directions: see :func:`taken_over`.
     """
     per = [d for d in DIRECTIONS if isinstance(own.get(d), Mapping)]
     direction = direction if kinds()[kind].directional else ""
@@ -40,24 +35,22 @@ def own_fields(own: Mapping[str, object], kind: str, direction: object) -> dict[
 
 
 def taken_over(fabric: Fabric, kind: str, direction: str) -> dict[str, str]:
-    """Direction that each field of the rig of a test of ``kind`` in ``direction`` is taken over from, of those that the
-    fabric states of the other one alone.
-    """
+    """Rig fields of a test of ``kind`` in ``direction`` that the fabric has for the other direction only, and that."""
     paths = own_fields(fabric.rigs.get(kind, {}), kind, direction)
     return {key: str(path[0]) for key, path in paths.items() if len(path) > 1 and path[0] != direction}
 
 
 def own_value(fabric: Fabric, kind: str, path: KeyPath) -> float:
-    """Number that the fabric states at ``path`` of :func:`own_fields`."""
+    """Number of the fabric at ``path`` of :func:`own_fields`."""
     found = fabric.rigs[kind][str(path[0])]
     return float(found[str(path[1])] if isinstance(found, dict) else found)
 
 
-def lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collection[str] = ()) -> None:
-    """Lay what the fabric in ``layers`` says of the rig of a test of ``kind`` in ``direction`` over the rig.
+def _lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collection[str] = ()) -> None:
+    """Lay the rig defaults of the fabric in ``layers`` for a test of ``kind`` in ``direction`` over the rig.
 
-    Sizes that the preset gave stay, and so do those ``stated`` elsewhere, with the fields that are tied to them. Raises
-    :class:`InputError` where a test without directions has numbers of both.
+    Sizes of the preset stay, and so do ``stated`` fields with those tied to them. Raises :class:`InputError` for
+    numbers of both directions in a test without directions.
     """
     at: KeyPath = ("fabric", "rigs", kind)
     own = layers.get(at)
@@ -65,30 +58,26 @@ def lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collection
         return
     if not kinds()[kind].directional and all(isinstance(own.get(d), dict) for d in DIRECTIONS):
         raise InputError(
-            f"{layers.where((*at, DIRECTIONS[0]))}: {dotted(at)}: numbers of warp and weft, but the test has no "
-            "direction: expected one of each, such as their mean"
+            f"{layers.where((*at, DIRECTIONS[0]))}: {dotted(at)}: found numbers of warp and weft, but the test has no "
+            "direction: expected one number, such as their mean"
         )
-    laid = layers.get(("rig",)) or {}
-    kept = {*(name for name in kinds()[kind].sizes if name in laid), "kind", *stated}
-    kept |= {field for field, other in kinds()[kind].tied.items() if other in kept}
+    record = kinds()[kind]
+    kept = {*(set(record.sizes) & (layers.get(("rig",)) or {}).keys()), "kind", *stated}
+    kept |= {field for field, other in record.tied.items() if other in kept}
     for key, path in own_fields(own, kind, direction).items():
         if key not in kept:
             where = str(layers.where((*at, *path)))
-            layers.lay(layers.get((*at, *path)), partial(_same, where), ("rig", key))
+            layers.lay(layers.get((*at, *path)), lambda _, where=where: where, ("rig", key))  # type: ignore[misc]
 
 
-def _same(where: str, _: KeyPath) -> str:
-    return where
-
-
-#: says that limits looser than the preset's are accepted
+#: field that accepts limits looser than the preset's
 ACCEPTED: KeyPath = ("accept_limits",)
-#: beams in a wave of the inlays, derived from the fabric where nobody states them
+#: beams per wave of the inlays, derived from the fabric unless given
 WAVES: KeyPath = ("model", "meso", "elements_per_wave")
 
 
 class Options(TypedDict, total=False):
-    """Options of the command line that state fields of a run; ``None`` leaves one to the config file or the default."""
+    """Options of the command line for fields of a run; ``None``: the config file or the default decides."""
 
     scale: str | None
     direction: str | None
@@ -98,15 +87,11 @@ class Options(TypedDict, total=False):
     seed: int | None
 
 
-#: field of a run that an option states
+#: field of a run that an option sets
 _STATED: dict[str, KeyPath] = {
-    "scale": ("model", "scale"),
-    "direction": ("rig", "direction"),
-    "preset": ("model", "preset"),
-    "parameters": ("parameters",),
-    "specimens": ("variability", "specimens"),
-    "seed": ("variability", "seed"),
-}
+    "scale": ("model", "scale"), "direction": ("rig", "direction"), "preset": ("model", "preset"),
+    "parameters": ("parameters",), "specimens": ("variability", "specimens"), "seed": ("variability", "seed"),
+}  # fmt: skip
 
 
 def resolve(
@@ -119,13 +104,12 @@ def resolve(
     accept_limits: bool | None = False,
     **asked: Unpack[Options],
 ) -> Run:
-    """The run that the arguments describe; ``None`` leaves the choice to the config file or the default.
+    """Resolve the run that the arguments describe; ``None`` leaves a choice to the config file or the default.
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
-    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts or settings,
-    ``test`` is the kind of rig, and the rest are :class:`Options`. Limits looser than the preset's count with
-    ``accept_limits`` only, whatever the config says; ``None`` keeps what it says, for going on with a run. Raises
-    :class:`InputError` listing every finding.
+    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts or settings, ``test`` is the
+    kind of test, and the rest are :class:`Options`. ``accept_limits`` overrides the config; ``None`` keeps its value,
+    to resume a run. Raises :class:`InputError` listing every finding.
     """
     document = _run_document(config)
     kind = _kind(document, test)
@@ -133,7 +117,11 @@ def resolve(
     given = _settings(sets)
     refuse_contradictions(options, given)
     source = _fabric_source(variant, fabric, document, config)
-    _refuse_silent_acceptance(given)
+    for setting in given:
+        if setting.path == ACCEPTED:
+            raise InputError(f"{setting.said}: {dotted(ACCEPTED)} cannot be set: use --accept-limits instead")
+        if setting.path[:2] == ("fabric", "rigs"):
+            raise InputError(f"{setting.said}: set the rig of the run instead: --set rig.{setting.path[-1]}=...")
     layers = _layers(document, source, options + given, kind)
     if accept_limits is not None:
         layers.lay({"accept_limits": accept_limits}, lambda path: "--accept-limits")
@@ -150,7 +138,7 @@ def resolve(
 def planned_directions(
     direction: str | None, config: Path | str | None = None, sets: Sequence[str | Setting] = ()
 ) -> list[Direction]:
-    """Directions to run: the one asked for, else the one the config or ``--set`` states, else both."""
+    """Directions to run: ``direction``, else that of the config or ``--set``, else both."""
     both: tuple[Direction, ...] = get_args(Direction)
     if direction is not None:
         return [d for d in both if direction in (d, "both")]
@@ -164,15 +152,15 @@ def _settings(sets: Sequence[str | Setting]) -> list[Setting]:
 
 
 def _kind(document: Document, asked: str | None) -> str:
-    """Kind of test: the command's, which a config file may not contradict, else the file's, else the default one."""
+    """Kind of test: that of the command, which a config file may not contradict, else of the file, else the default."""
     stated = Layers(document.data).get(("rig", "kind"))
     if stated is not None and stated not in RUNS:
         names = unknown(str(stated), list(RUNS), "test")
         raise InputError(f"{document.where(('rig', 'kind'))}: rig.kind = {shown(stated)}: {names}")
     if stated is not None and asked is not None and stated != asked:
         raise InputError(
-            f"{document.where(('rig', 'kind'))}: rig.kind = {stated}: the file describes another test; "
-            f"use knittest {stated}"
+            f"{document.where(('rig', 'kind'))}: rig.kind = {stated}: the file is for another test: use knittest "
+            f"{stated}"
         )
     return str(stated or asked or DEFAULT)
 
@@ -182,7 +170,7 @@ def _run_document(config: Path | str | None) -> Document:
 
 
 def _options(asked: Options) -> list[Setting]:
-    """Settings of the options that are given, in the order of their fields; ``TypeError`` for one there is not."""
+    """Settings of the given options; raises ``TypeError`` for an unknown one."""
     if unheard := asked.keys() - _STATED.keys():
         raise TypeError(f"resolve() got unexpected arguments: {', '.join(sorted(unheard))}")
     given = {name: value for name, value in asked.items() if value is not None}
@@ -199,7 +187,7 @@ def _fabric_source(
         *([f"the fabric in {document.where(('fabric',))}"] if inline else []),
     ]
     if len(ways) > 1:
-        raise InputError(f"more than one fabric is given: {' and '.join(ways)}: give one of them")
+        raise InputError(f"more than one fabric is given, {' and '.join(ways)}: give only one")
     if inline:
         return FabricSource(document, ("fabric",), Path(str(config)).resolve().parent, inline=True)
     if fabric is not None:
@@ -220,10 +208,9 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
     if wanted is not None and not isinstance(wanted, str):
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
     chosen = lay_fabric(layers, source, wanted)
-    _refuse_silent_rig(settings)
     stated = {key for key in kinds()[kind].tied.values() if _stated(("rig", key), document, settings) is not None}
     direction = _stated(("rig", "direction"), document, settings) or StripRig().direction
-    lay_own_rig(layers, kind, direction, stated)
+    _lay_own_rig(layers, kind, direction, stated)
     _refuse_shadowed_preset(document, layers, preset, kind)
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
     layers.lay(rest, document.where)
@@ -234,29 +221,15 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
 
 
 def _stated(path: KeyPath, document: Document, settings: list[Setting]) -> Any:
-    """Value of the command line, else of the config file, at ``path``."""
+    """Value at ``path`` of the command line, else of the config file."""
     for setting in reversed(settings):
         if setting.path == path:
             return setting.value
     return Layers(document.data).get(path)
 
 
-def _refuse_silent_acceptance(settings: list[Setting]) -> None:
-    """Raise :class:`InputError` where a setting accepts limits: that is for whoever runs the test to say."""
-    for setting in settings:
-        if setting.path == ACCEPTED:
-            raise InputError(f"{setting.said}: {dotted(ACCEPTED)}: only --accept-limits says so: give that instead")
-
-
-def _refuse_silent_rig(settings: list[Setting]) -> None:
-    """Raise :class:`InputError` where a setting changes what the fabric says of rigs: that of the run is not asked."""
-    for setting in settings:
-        if setting.path[:2] == ("fabric", "rigs"):
-            raise InputError(f"{setting.said}: a run has one rig: give --set rig.{setting.path[-1]}=... instead")
-
-
 def _choice(path: KeyPath, names: tuple[Any, ...], default: object, document: Document, settings: list[Setting]) -> Any:
-    """A choice that must be known before the run can be put together."""
+    """Value of a field that must be known before the run can be resolved."""
     stated = _stated(path, document, settings)
     if stated is None:
         return default
@@ -268,7 +241,7 @@ def _choice(path: KeyPath, names: tuple[Any, ...], default: object, document: Do
 
 
 def _refuse_shadowed_preset(document: Document, layers: Layers, preset: str, kind: str) -> None:
-    """A config that states another preset with all its values would silently keep them: refuse."""
+    """Raise :class:`InputError` if a config that was written for another preset would keep the values of that one."""
     written = Layers(document.data)
     if written.get(("model", "preset")) in (None, preset):
         return
@@ -276,16 +249,13 @@ def _refuse_shadowed_preset(document: Document, layers: Layers, preset: str, kin
         value = written.get(path)
         if value is not None and value != layers.get(path):
             raise InputError(
-                f"{document.where(path)}: {dotted(path)} = {shown(value)}: the file states it, so preset {preset} "
-                f"({shown(layers.get(path))}) would not apply: remove it from the file, or change it with --set"
+                f"{document.where(path)}: {dotted(path)} = {shown(value)} of the file would override preset {preset} "
+                f"({shown(layers.get(path))}): remove it from the file, or change it with --set"
             )
 
 
 def planned_runs(test: str, direction: str | None, chosen: Mapping[str, Any]) -> list[Run]:
-    """Resolve the runs of ``test`` that the arguments ``chosen`` of :func:`resolve` describe.
-
-    Both directions of a strip, unless ``direction`` or a setting asks for one.
-    """
+    """Resolve the runs of ``test`` that the arguments ``chosen`` of :func:`resolve` describe, one per direction."""
     if not kinds()[test].directional:
         return [resolve(test=test, **chosen)]
     directions = planned_directions(direction, chosen["config"], chosen["sets"])

@@ -1,4 +1,4 @@
-"""Messages on config files: file:line, field, value, what was expected, the nearest valid name."""
+"""Messages on config files: file:line, field, value, expectation, nearest valid name."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -19,10 +19,7 @@ _NUMBER_TYPES = ("float_type", "float_parsing", "int_type", "int_parsing", "int_
 
 
 def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | None = None) -> InputError:
-    """One :class:`InputError` that lists every finding of ``error`` with the place it came from.
-
-    ``root`` is the model of a file that is not a run.
-    """
+    """Make one :class:`InputError` of all findings of ``error``; ``root`` is the model of a file that is not a run."""
     kind = root or layers.get(("rig", "kind"))
     found = error.errors(include_url=False)
     bad_keys = {item["loc"][:-1] for item in found if item["loc"][-1:] == ("[key]",)}
@@ -34,7 +31,7 @@ def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | 
 
 
 def unknown(name: str, names: list[str], kind: str = "field") -> str:
-    """Say that ``name`` is none of ``names``, with the nearest one, else all of them."""
+    """Say that ``name`` is unknown, with the nearest of ``names``, else all of them."""
     close = nearest(name, names)
     return f"unknown {kind} " + (f'(did you mean "{close}"?)' if close else f"(known: {', '.join(names)})")
 
@@ -44,27 +41,24 @@ def _line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
         path = (*path, *cause.part.split("."))
-    value, at = layers.get(path), path
-    if item["type"] in ("missing", "extra_forbidden") or "[key]" in item["loc"]:
-        return f"{layers.where(path) or 'defaults'}: {dotted(path)}: {_misplaced(item, path, kind)}"
-    if isinstance(value, dict) and "value" in value:
-        value, at = value["value"], (*path, "value")
-    stated = "" if value is None or isinstance(value, dict) else f" = {shown(value)}"
-    return f"{layers.where(at) or 'defaults'}: {dotted(path)}{stated}: {_expected(item, value, place(path, kind))}"
-
-
-def _misplaced(item: Mapping[str, Any], path: KeyPath, kind: object) -> str:
+    value, at, stated = layers.get(path), path, ""
     if item["type"] == "missing":
-        return f"missing: {_required(place(path, kind))}"
-    if item["type"] == "extra_forbidden":
-        return _unknown_field(path, kind)
-    return f"unknown field, {_choice_expected(item['ctx']['expected'], path[-1])}"
+        field = place(path, kind)
+        what = f"missing: {_with_unit(field.description, field) if field else 'the field is required'}"
+    elif item["type"] == "extra_forbidden":
+        what = _unknown_field(path, kind)
+    elif "[key]" in item["loc"]:
+        what = f"unknown field, {_choice_expected(item['ctx']['expected'], path[-1])}"
+    else:
+        if isinstance(value, dict) and "value" in value:
+            value, at = value["value"], (*path, "value")
+        stated = "" if value is None or isinstance(value, dict) else f" = {shown(value)}"
+        what = _expected(item, value, place(path, kind))
+    return f"{layers.where(at) or 'defaults'}: {dotted(path)}{stated}: {what}"
 
 
-def _required(field: Place | None) -> str:
-    if field is None:
-        return "the field is required"
-    return f"{field.description}{f' [{field.unit}]' if field.unit else ''}"
+def _with_unit(text: str, field: Place | None, before: str = " [", after: str = "]") -> str:
+    return f"{text}{before}{field.unit}{after}" if field and field.unit not in ("", "1") else text
 
 
 def _unknown_field(path: KeyPath, kind: object) -> str:
@@ -89,46 +83,37 @@ def _expected(item: Mapping[str, Any], value: object, field: Place | None) -> st
     if kind == "literal_error":
         return _choice_expected(context["expected"], value)
     if kind == "string_type":
-        return f"expected text, found {describe(value)} (put it in quotes if text is meant)"
+        return f"expected text, found {describe(value)} (put text in quotes)"
     if kind == "string_pattern_mismatch":
         return "expected letters, digits, '.', '_' or '-', at most 40, the first a letter or digit"
-    unit = f" {field.unit}" if field and field.unit not in ("", "1") else ""
-    return f"{str(item['msg']).replace('Input should be', 'must be')}{unit}"
+    return _with_unit(str(item["msg"]).replace("Input should be", "must be"), field, " ", "")
 
 
 def _number_expected(number: str, value: object, field: Place | None) -> str:
-    unit = f" in {field.unit}" if field and field.unit not in ("", "1") else ""
+    expected = _with_unit(f"expected a {number}", field, " in ", "")
     mapping = ", or a mapping of value, sd, source, ref" if field and field.is_quantity else ""
-    return (
-        f"expected a {number}{unit}{mapping}, found {describe(value)}{_number_hint(value, field.unit if field else '')}"
-    )
-
-
-def _number_hint(value: object, unit: str) -> str:
-    if not isinstance(value, str):
-        return ""
-    if _DECIMAL_COMMA.match(value):
-        return f" (decimal comma? write {value.replace(',', '.')})"
-    if stated := _NUMBER_AND_UNIT.match(value):
-        number = in_field_unit(float(stated[1].replace(",", ".")), stated[2], unit)
-        alone = f", in {unit}" if unit not in ("", "1") else ""
-        return f" (write {number})" if number else f" (write the number alone{alone})"
-    return ""
+    hint = ""
+    if isinstance(value, str) and _DECIMAL_COMMA.match(value):
+        hint = f" (decimal comma? write {value.replace(',', '.')})"
+    elif isinstance(value, str) and (stated := _NUMBER_AND_UNIT.match(value)):
+        unit = field.unit if field else ""
+        converted = in_field_unit(float(stated[1].replace(",", ".")), stated[2], unit)
+        hint = f" (write {converted or _with_unit('the number without unit', field, ', in ', '')})"
+    return f"{expected}{mapping}, found {describe(value)}{hint}"
 
 
 def _choice_expected(expected: str, value: object) -> str:
     names = re.findall(r"'([^']*)'", expected) or re.split(", | or ", expected)  # numbers have no quotes
     close = nearest(value, names) if isinstance(value, str) else None
-    return f"expected {', '.join(names[:-1])} or {names[-1]}".replace("expected  or", "expected") + (
-        f' (did you mean "{close}"?)' if close else ""
-    )
+    choices = " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+    return f"expected {choices}" + (f' (did you mean "{close}"?)' if close else "")
 
 
 Parsed = TypeVar("Parsed", bound=BaseModel)
 
 
 def parse_as(model: type[Parsed], document: Document) -> Parsed:
-    """The ``model`` in ``document``; raises :class:`InputError` with every finding, each with file and line."""
+    """Read ``document`` as a ``model``; raises :class:`InputError` with all findings, each with file and line."""
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
@@ -139,20 +124,17 @@ def parse_as(model: type[Parsed], document: Document) -> Parsed:
 
 
 def number_path(name: str, where: str, kinds: Sequence[str]) -> KeyPath:
-    """The key path of ``name``, a number of the fabric or the rig of one of ``kinds``; raises :class:`InputError`."""
+    """Key path of ``name``, a number of the fabric or the rig of one of ``kinds``; raises :class:`InputError`."""
     path: KeyPath = tuple(name.split("."))
+    known = [p for kind in kinds for p in all_paths(kind) if p.split(".")[0] in ("fabric", "rig")]
     if path[0] not in ("fabric", "rig"):
-        raise InputError(f"{where}: {name}: expected a field of the fabric or the rig, such as {_example(name, kinds)}")
+        same = (p for p in known if p.split(".")[-1] == path[-1])
+        example = next(same, "fabric.macro.bending_stiffness.warp")
+        raise InputError(f"{where}: {name}: expected a field of the fabric or the rig, such as {example}")
     field = next((f for f in (place(path, kind) for kind in kinds) if f is not None), None)
     if field is None:
-        known = sorted({p for kind in kinds for p in all_paths(kind) if p.split(".")[0] == path[0]})
-        raise InputError(f"{where}: {name}: {unknown(name, known) if known else 'unknown field'}")
+        names = sorted({p for p in known if p.split(".")[0] == path[0]})
+        raise InputError(f"{where}: {name}: {unknown(name, names) if names else 'unknown field'}")
     if field.model is not None and not field.is_quantity:
-        raise InputError(f"{where}: {name}: expected a number, this is a group of {', '.join(field.names)}")
+        raise InputError(f"{where}: {name}: expected a number, but this is a group: {', '.join(field.names)}")
     return path
-
-
-def _example(name: str, kinds: Sequence[str]) -> str:
-    last = name.split(".")[-1]
-    known = (p for kind in kinds for p in all_paths(kind) if p.split(".")[0] in ("fabric", "rig"))
-    return next((p for p in known if p.split(".")[-1] == last), "fabric.macro.bending_stiffness.warp")

@@ -1,74 +1,48 @@
-"""Meaning of ``--preset``: element counts, and what the test itself sets."""
+"""Values of ``--preset``: element counts, and settings of the test."""
 
-from dataclasses import dataclass
 from typing import Any, get_args
 
 from knittest.base.kinds import Stated, kinds
 from knittest.config.run import Preset, Scale
 
-#: eight beams a wave: with six the one-point beam resists straightening by 22 % too much, with four by 62 %
+#: beams per wave: a one-point beam resists straightening by 22 % too much with six and by 62 % with four
 ELEMENTS_PER_LOOP, ELEMENTS_PER_WAVE = 30, 8
-
-
-@dataclass(frozen=True)
-class PresetValues:
-    """Shell side [mm]."""
-
-    element_size: float
-
-
-PRESETS: dict[Preset, PresetValues] = {
-    "quick": PresetValues(element_size=10.0),
-    "standard": PresetValues(element_size=5.0),
-    "paper": PresetValues(element_size=5.0),
-}
-
-#: what a preset decides of every model, unless a file or an option says it
-MODEL_PATHS: tuple[tuple[str, ...], ...] = (
-    ("model", "macro", "element_size"),
-    ("model", "meso", "elements_per_loop"),
-    ("model", "meso", "elements_per_wave"),
-)
+#: side of a shell element [mm] by preset
+PRESETS: dict[Preset, float] = {"quick": 10.0, "standard": 5.0, "paper": 5.0}
 
 
 def preset_paths(kind: str) -> tuple[tuple[str, ...], ...]:
-    """Fields that a preset decides of a test of ``kind``, unless a file or an option says it."""
-    return (*(("rig", name) for name in kinds()[kind].sizes), *MODEL_PATHS)
+    """Fields of a test of ``kind`` that a preset sets, unless a file or an option does."""
+    meso = (("model", "meso", name) for name in ("elements_per_loop", "elements_per_wave"))
+    return (*(("rig", name) for name in kinds()[kind].sizes), ("model", "macro", "element_size"), *meso)
 
 
 def default_scale(kind: str) -> Scale:
-    """Scale of a test unless one is asked for."""
+    """Default scale of a test."""
     scale: Scale = kinds()[kind].scale  # type: ignore[assignment]
     if scale not in get_args(Scale):
         raise ValueError(f"test {kind}: scale = {scale!r}: expected one of {get_args(Scale)}")
     return scale
 
 
-def nothing(field: str) -> None:
-    """Return None: no field of the rig is stated."""
-
-
-def preset_settings(kind: str, preset: Preset, scale: Scale, stated: Stated = nothing) -> dict[str, Any]:
-    """Nested run settings of ``preset`` for a test of ``kind`` of whose rig fields are ``stated``.
-
-    Anything a file or an option says goes over them.
-    """
+def preset_settings(kind: str, preset: Preset, scale: Scale, stated: Stated = lambda field: None) -> dict[str, Any]:
+    """Nested run settings of ``preset`` for a test of ``kind``; ``stated`` returns a rig field of files and options."""
     model = {
         "preset": preset,
         "scale": scale,
         "meso": {"elements_per_loop": ELEMENTS_PER_LOOP, "elements_per_wave": ELEMENTS_PER_WAVE},
-        "macro": {"element_size": PRESETS[preset].element_size},
+        "macro": {"element_size": PRESETS[preset]},
     }
     settings: dict[str, Any] = {"model": model, "rig": {}}
     record = kinds()[kind]
     if record.presets:
-        _lay(settings, record.load("presets")(preset, scale, stated))
+        _merge(settings, record.load("presets")(preset, scale, stated))
     return settings
 
 
-def _lay(under: dict[str, Any], over: dict[str, Any]) -> None:
+def _merge(under: dict[str, Any], over: dict[str, Any]) -> None:
     for name, value in over.items():
         if isinstance(value, dict):
-            _lay(under.setdefault(name, {}), value)
+            _merge(under.setdefault(name, {}), value)
         else:
             under[name] = value

@@ -1,4 +1,4 @@
-"""Rigs of tests, as far as tests share them; that of one test stands in the test's folder."""
+"""Rig fields that several tests share."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Literal
@@ -10,19 +10,19 @@ from knittest.config.fabric import Direction
 
 
 class Rig(Strict):
-    """The rig of a test, which names the test in ``kind``."""
+    """Rig of a test, with the name of the test in ``kind``."""
 
     if TYPE_CHECKING:  # a field of each rig: declared here as well it would come first in every config that is written
         kind: str = ""
 
-    #: lengths of the specimen, of which the shortest is no shorter than a shell
+    #: lengths of the specimen; a shell element is no longer than the shortest
     spans: ClassVar[tuple[str, ...]] = ()
-    #: what a field stands for, at least, that is none
+    #: smallest value of a field that is None
     usual: ClassVar[Mapping[str, float]] = {}
 
 
 class StripRig(Rig):
-    """A test on a strip cut along one yarn system."""
+    """Rig of a strip that is cut along one yarn system."""
 
     spans: ClassVar[tuple[str, ...]] = ("width",)
 
@@ -30,7 +30,7 @@ class StripRig(Rig):
     width: float = number(50.0, "mm", "width of the strip", gt=0, band=(5, 1000))
     width_mm: ClassVar[Kernel[float]] = Kernel("width")
     yarn_rounding: Literal["down", "up"] = Field(
-        "down", description="whole yarns when width times density is fractional; ensembles alternate"
+        "down", description="rounding of the number of yarns (width x density); ensembles alternate"
     )
 
 
@@ -38,7 +38,6 @@ def check_friction_order(static: float, kinetic: float) -> None:
     """Raise :class:`BoundsError` where static friction is below kinetic friction."""
     if static < kinetic:
         raise BoundsError(
-            f"{static:g} is less than kinetic_coefficient, {kinetic:g}: set both, here --set "
-            f"rig.static_coefficient={kinetic:g} or more",
+            f"must be at least kinetic_coefficient, {kinetic:g}: --set rig.static_coefficient={kinetic:g}",
             "static_coefficient",
         )

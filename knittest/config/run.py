@@ -1,4 +1,4 @@
-"""A run: rig, model, solver, variability and output. The fully resolved config of a run folder is one of these."""
+"""Config of a run: rig, fabric, model, solver, variability and output."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, Self
@@ -13,140 +13,114 @@ from knittest.config.rigs import Rig
 Scale = Literal["macro", "meso"]
 Preset = Literal["quick", "standard", "paper"]
 
-#: longest beam in the wave of an inlay, over the inlay's height, and the most beams of a wave for it
+#: longest beam in the wave of an inlay over the height of the inlay, and the most beams per wave
 LONGEST_BEAM, MOST_IN_WAVE = 1.3, 16
 
 
 class MesoModel(Strict):
-    """Discretisation of the yarns."""
+    """Discretisation of the meso model (beam elements)."""
 
-    elements_per_loop: int = Field(30, ge=16, le=256, multiple_of=2, description="beams in one knitting loop")
+    elements_per_loop: int = Field(30, ge=16, le=256, multiple_of=2, description="beam elements in one knitting loop")
     elements_per_wave: int = Field(
-        8,
-        ge=4,
-        le=64,
-        multiple_of=2,
-        description="beams in the longer wave of the reinforcing yarns; the shorter one gets beams of the same length; "
-        "where it is not stated that of the preset, or more for yarns thin beside their spacing",
-    )
+        8, ge=4, le=64, multiple_of=2, description="beam elements in the longer wave of the inlays; the shorter wave "
+        "gets elements of equal length. Default: that of the preset, or more for yarns that are thin for their spacing",
+    )  # fmt: skip
     contact: bool = Field(True, description="yarn-yarn contact")
-    knitting: bool = Field(True, description="model the knitting yarn")
+    knitting: bool = Field(True, description="model the knitting yarn (the loops)")
 
 
 class MacroModel(Strict):
-    """Discretisation of the shell model."""
+    """Discretisation of the macro model (shell elements)."""
 
-    element_size: float = number(5.0, "mm", "side of a square shell", gt=0, band=(0.2, 100))
+    element_size: float = number(5.0, "mm", "side of a square shell element", gt=0, band=(0.2, 100))
     element_size_mm: ClassVar[Kernel[float]] = Kernel("element_size")
-    imperfection: float = number(0.0, "mm", "seeded out-of-plane imperfection amplitude", ge=0, le=5)
+    imperfection: float = number(0.0, "mm", "amplitude of a random out-of-plane imperfection", ge=0, le=5)
     imperfection_mm: ClassVar[Kernel[float]] = Kernel("imperfection")
     self_contact: bool = Field(
-        False, description="the sheet touches itself where it folds, a thickness apart, with fabric.macro.self_friction"
+        False, description="self-contact of folds at the distance of the thickness, with fabric.macro.self_friction"
     )
 
 
 class Model(Strict):
     """Scale and its discretisation."""
 
-    scale: Scale = Field("meso", description="macro: shells; meso: one beam chain a yarn")
-    preset: Preset = Field("standard", description="element counts; paper is Table 4's")
+    scale: Scale = Field("meso", description="macro: shell elements; meso: one chain of beam elements per yarn")
+    preset: Preset = Field("standard", description="element counts; paper: those of Table 4")
     meso: MesoModel = Field(default_factory=MesoModel)
     macro: MacroModel = Field(default_factory=MacroModel)
 
 
-class Solver(Strict):
-    """Explicit time integration and its guards."""
+#: beginning of the description of a limit; a run above it is not compared with the experiment
+LIMIT = "quality check:"
 
-    speed: float = number(2.0, "m/s", "clamp speed after the ramp", gt=0, band=(1e-3, 50))
+
+class Solver(Strict):
+    """Explicit time integration and limits of its quality checks."""
+
+    speed: float = number(2.0, "m/s", "speed of the clamp or tool after the ramp", gt=0, band=(1e-3, 50))
     speed_mm_per_ms: ClassVar[Kernel[float]] = Kernel("speed")
-    ramp: float = number(0.5, "ms", "smooth start of the motion", ge=0, le=1000)
+    ramp: float = number(0.5, "ms", "duration of the smooth start", ge=0, le=1000)
     ramp_ms: ClassVar[Kernel[float]] = Kernel("ramp")
-    safety: float = number(0.9, "1", "share of the critical time step", gt=0, le=0.99)
+    safety: float = number(0.9, "1", "time step over critical time step", gt=0, le=0.99)
     damping: float = number(0.5, "1/ms", "mass-proportional damping", ge=0, le=100)
     damping_per_ms: ClassVar[Kernel[float]] = Kernel("damping")
-    target_step: float | None = number(
-        None, "us", "raise masses to reach this time step (mass scaling)", gt=0, band=(1e-3, 1e3)
-    )
+    target_step: float | None = number(None, "us", "mass scaling to this time step", gt=0, band=(1e-3, 1e3))
     target_step_ms: ClassVar[Kernel[float | None]] = Kernel("target_step")
-    max_added_mass: float = number(5.0, "%", "refuse more added mass than this", ge=0, le=1000)
-    max_kinetic_ratio: float = number(
-        5.0, "%", "kinetic energy over work [%] above which comparison is refused: 5 is 5 %, not a share", gt=0, le=100
-    )
-    max_energy_error: float = number(2.0, "%", "energy error above which comparison is refused; 10 stops", gt=0, le=10)
-    max_penetration: float = number(
-        25.0, "%", "penetration over radius above which comparison is refused", gt=0, le=100
-    )
-    max_overlap: float = number(
-        10.0, "%", "overlap of yarns at the start over radius above which comparison is refused; 20 stops", gt=0, le=20
-    )
-    max_force_free: float = number(
-        10.0,
-        "%",
-        "overlap of yarns that carries no force, over radius, above which comparison is refused",
-        gt=0,
-        le=100,
-    )
-    max_damping: float = number(5.0, "%", "damping over work above which comparison is refused", gt=0, le=100)
+    max_added_mass: float = number(5.0, "%", "largest added mass; more stops the run", ge=0, le=1000)
+    max_kinetic_ratio: float = number(5.0, "%", f"{LIMIT} kinetic energy over work; 5 is 5 %", gt=0, le=100)
+    max_energy_error: float = number(2.0, "%", f"{LIMIT} energy error; 10 % stops the run", gt=0, le=10)
+    max_penetration: float = number(25.0, "%", f"{LIMIT} contact penetration over radius", gt=0, le=100)
+    max_overlap: float = number(10.0, "%", f"{LIMIT} initial yarn overlap over radius; 20 % stops the run", gt=0, le=20)
+    max_force_free: float = number(10.0, "%", f"{LIMIT} yarn overlap without force, over radius", gt=0, le=100)
+    max_damping: float = number(5.0, "%", f"{LIMIT} damping energy over work", gt=0, le=100)
     max_contact_damping: float = number(
-        5.0,
-        "%",
-        "damping of contacts and free tools, and energy given to contacts found late, over work above which comparison "
-        "is refused",
-        gt=0,
-        le=100,
-    )
+        5.0, "%", f"{LIMIT} damping energy of contacts and free tools, with the energy of contacts detected late, over "
+        "work", gt=0, le=100,
+    )  # fmt: skip
     max_hourglass: float = number(
-        5.0, "%", "hourglass energy of shells over internal energy above which comparison is refused", gt=0, le=100
+        5.0, "%", f"{LIMIT} hourglass energy of shell elements over internal energy", gt=0, le=100
     )
     max_beyond_law: float = number(
-        5.0,
-        "%",
-        "share of the shells sheared beyond the end of the law above which comparison is refused",
-        gt=0,
-        le=100,
+        5.0, "%", f"{LIMIT} share of shell elements beyond the end of the shear law", gt=0, le=100
     )
     max_drag: float = number(
-        10.0,
-        "%",
-        "forming: drag of damping at full speed, over weight and holder's force, above which comparison is refused",
-        gt=0,
-        le=100,
+        10.0, "%", f"{LIMIT} damping force at full speed over weight and blank-holder force (forming)", gt=0, le=100
     )
 
 
 class Variability(Strict):
-    """Yarn-to-yarn scatter of fracture strain, slack and wave amplitude."""
+    """Scatter of fracture strain, slack and wave amplitude from yarn to yarn."""
 
     mode: Literal["uniform", "representative", "random"] = Field(
         "representative",
-        description="uniform: every yarn the mean; representative: the quantiles of the distributions in seeded order; "
-        "random: independent draws",
+        description="uniform: mean values; representative: quantiles of the distributions in random order; random: "
+        "independent draws",
     )
-    seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of all draws")
-    specimens: int = Field(1, ge=1, le=1000, description="specimens of an ensemble (more than one: random draws)")
+    seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of all random draws")
+    specimens: int = Field(1, ge=1, le=1000, description="specimens of an ensemble; more than one: random draws")
 
 
 class Output(Strict):
-    """Output that a run keeps."""
+    """Output of a run."""
 
-    samples: int = Field(400, ge=20, le=100000, description="rows of curve.csv and energies.csv, about")
-    frames: int = Field(12, ge=0, le=2000, description="VTU frames over the run")
+    samples: int = Field(400, ge=20, le=100000, description="approximate number of rows of curve.csv and energies.csv")
+    frames: int = Field(12, ge=0, le=2000, description="number of VTU frames")
     checkpoint_interval: float = number(
-        60.0, "s", "time between checkpoints, by the clock on the wall; a signal writes one too", gt=0, le=86400
+        60.0, "s", "wall-clock time between checkpoints; a signal that stops the run writes one too", gt=0, le=86400
     )
     verify: bool = Field(
-        False, description="repeat the run at half its speed and on another mesh: results carry their numerical error"
+        False, description="repeat the run at half its speed and on another mesh, to state the numerical error"
     )
 
 
 class Run(Strict):
-    """One virtual test, fully described; a subclass narrows the rig."""
+    """Complete description of a virtual test; a subclass narrows the rig."""
 
     rig: Rig
     fabric: Fabric
-    parameters: str = Field("calibrated", description="parameter set of the fabric file that was applied")
+    parameters: str = Field("calibrated", description="parameter set of the fabric file")
     accept_limits: bool = Field(
-        False, description="limits looser than the preset's were accepted, by --accept-limits; nothing else sets it"
+        False, description="accept limits looser than the preset's; only --accept-limits sets it"
     )
     model: Model = Field(default_factory=Model)
     solver: Solver = Field(default_factory=Solver)
@@ -154,22 +128,19 @@ class Run(Strict):
     output: Output = Field(default_factory=Output)
 
     @model_validator(mode="after")
-    def _yarns_are_described(self) -> Self:
-        missing = [name for name in YARN_LEVEL if getattr(self.fabric, name) is None]
+    def _is_possible(self) -> Self:
+        missing, macro = [name for name in YARN_LEVEL if getattr(self.fabric, name) is None], self.fabric.macro
         if missing and self.model.scale == "meso":
-            shells = "" if self.fabric.macro.missing else ", or use --scale macro"
-            needed = ", ".join(missing)
-            raise BoundsError(f"the meso scale needs {needed}: expected in the fabric file{shells}", "fabric")
-        if missing and (unknown := self.fabric.macro.missing) and self.model.scale == "macro":
+            remedy = "" if macro.missing else ", or use --scale macro"
             raise BoundsError(
-                f"the macro scale needs macro.{', macro.'.join(unknown)}: give them, or the yarns "
+                f"the meso scale needs {', '.join(missing)}: add them to the fabric file{remedy}", "fabric"
+            )
+        if missing and macro.missing and self.model.scale == "macro":
+            raise BoundsError(
+                f"the macro scale needs macro.{', macro.'.join(macro.missing)}: add them, or the yarns "
                 f"({', '.join(missing)}) from which they are derived",
                 "fabric",
             )
-        return self
-
-    @model_validator(mode="after")
-    def _specimen_is_possible(self) -> Self:
         _check_run(self)
         return self
 
@@ -179,11 +150,11 @@ class Run(Strict):
         _rig_of(cls)
 
     def with_derived_numbers(self) -> Self:
-        """The run with the numbers that its test derives from others; most tests derive none."""
+        """Run with the numbers that its test derives from others; most tests derive none."""
         return self
 
     def with_fine_waves(self) -> Self:
-        """The run with as many beams in a wave that none is longer than :data:`LONGEST_BEAM` diameters of an inlay.
+        """Run whose beams in a wave are no longer than :data:`LONGEST_BEAM` diameters of an inlay.
 
         Corners of a coarser polygon overlap where inlays cross, by 5.6 % of a radius times the length of a beam over
         the diameter (measured on eight fabrics, 0.4 to 1.2 mm thick).
@@ -201,38 +172,30 @@ class Run(Strict):
 
     @property
     def direction(self) -> str:
-        """Yarn system along the strip; empty for a test that has none."""
+        """Yarn system along the strip; empty for a test without directions."""
         return getattr(self.rig, "direction", "")
 
 
 def _check_run(run: Run) -> None:
-    """The test is one of its scale, the specimen larger than its elements, the fabric thicker than its unevenness."""
+    """Check the scale of the test, the element size and the imperfection of the specimen."""
     scales = kinds()[run.rig.kind].scales
     if run.model.scale not in scales:
-        what = "shells have nothing that it could find" if run.model.scale == "macro" else "yarns have none"
-        raise BoundsError(f"{run.rig.kind} is a test of --scale {' or '.join(scales)} only: {what}", "model.scale")
-    if run.model.scale == "macro":
-        _check_element(run)
-    uneven = getattr(run.rig, "imperfection", 0.0)
-    if uneven >= 0.5 * run.fabric.thickness.value:
-        half = 0.5 * run.fabric.thickness.value
-        raise BoundsError(f"must be less than half the fabric's thickness, {half:g} mm", "rig.imperfection")
-
-
-def _check_element(run: Run) -> None:
-    """A shell is no larger than its specimen."""
+        raise BoundsError(f"expected {' or '.join(scales)}, the scale of test {run.rig.kind}", "model.scale")
     lengths: dict[str, float] = {name: getattr(run.rig, name) for name in run.rig.spans}
     name = min(lengths, key=lengths.__getitem__, default="")
-    if name and run.model.macro.element_size > lengths[name]:
+    if run.model.scale == "macro" and name and run.model.macro.element_size > lengths[name]:
         raise BoundsError(f"must be at most rig.{name}, {lengths[name]:g} mm", "model.macro.element_size")
+    half = 0.5 * run.fabric.thickness.value
+    if getattr(run.rig, "imperfection", 0.0) >= half:
+        raise BoundsError(f"must be less than half the fabric thickness, {half:g} mm", "rig.imperfection")
 
 
-#: the run model of every kind of test
+#: model of the runs of each test
 RUNS: Mapping[str, type[Run]] = Parts(lambda kind: kind.load("run"))
 
 
 def rig_model(kind: str) -> type[Rig]:
-    """Return the model of the rig in runs of ``kind``."""
+    """Model of the rig in runs of ``kind``."""
     return _rig_of(RUNS[kind])
 
 

@@ -1,4 +1,4 @@
-"""The JSON schema of a run: fields with unit, bounds, plausibility band, default and description."""
+"""JSON schema of a run: fields with unit, bounds, plausibility band, default and description."""
 
 import difflib
 import re
@@ -12,14 +12,15 @@ from pydantic.fields import FieldInfo
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, kinds
 from knittest.config.base import PerDirection, Quantity, field_meta
+from knittest.config.fields import model_of
 from knittest.config.presets import PRESETS, preset_settings
 from knittest.config.run import RUNS
 from knittest.config.settings import leaves
 
-#: bounds as the models keep them -> their names in JSON schema (draft 2020-12); of a quantity they bind the bare number
+#: bounds of the models -> keywords of JSON schema (draft 2020-12); of a quantity they bind the bare number
 KEYWORDS = {"gt": "exclusiveMinimum", "ge": "minimum", "le": "maximum"}
 WORDS = {float: "number", int: "whole number", bool: "yes or no", str: "text", Any: "anything", Quantity: "quantity"}
-#: parts of a config that only one scale computes with
+#: parts of a config that only one scale uses
 OF_SCALE = {
     "macro": ("fabric.macro", "model.macro"),
     "meso": ("fabric.loop_length", "fabric.reinforcing", "fabric.knitting", "fabric.contact", "model.meso"),
@@ -27,7 +28,7 @@ OF_SCALE = {
 
 
 class Described(NamedTuple):
-    """A field in words; the unit ``1`` is that of a bare number."""
+    """Field in words; the unit ``1`` is that of a bare number."""
 
     path: str
     kind: str
@@ -38,12 +39,12 @@ class Described(NamedTuple):
 
 
 def run_schema(kind: str = DEFAULT) -> dict[str, Any]:
-    """JSON schema of a run of ``kind``, for editors that complete and check YAML."""
+    """JSON schema of a run of ``kind``, with which editors complete and check YAML."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_standard(RUNS[kind].model_json_schema())}
 
 
 def _standard(node: object, names: bool = False) -> Any:
-    """Rename the bounds; where ``names`` is true the keys of ``node`` are field names, not keywords."""
+    """Rename the bounds; if ``names``, the keys of ``node`` are field names, not keywords."""
     if isinstance(node, list):
         return [_standard(item) for item in node]
     if not isinstance(node, dict):
@@ -55,12 +56,13 @@ def _standard(node: object, names: bool = False) -> Any:
 
 
 def field_lines(name: str) -> list[str]:
-    """Lines on the field ``name`` of a run, or on the fields below it; raises :class:`InputError` with the nearest."""
+    """Explain the field ``name`` of a run, or list the fields below it; raises :class:`InputError` with the nearest."""
     found: dict[Described, list[str]] = {}
     for kind, run in RUNS.items():
         for field in fields_below(run):
             found.setdefault(field, []).append(kind)
-    named = {field: tests for field, tests in found.items() if _matches(field.path, name)}
+    pattern = r"(\.(value|sd|source|ref))?"
+    named = {field: tests for field, tests in found.items() if re.fullmatch(_pattern(field.path) + pattern, name)}
     if named:
         return [line for field, tests in named.items() for line in [*_explained(field, tests), ""]][:-1]
     below = {field.path: field for field in found if field.path.startswith(f"{name}.")}
@@ -69,14 +71,13 @@ def field_lines(name: str) -> list[str]:
     paths = list(dict.fromkeys(field.path for field in found))
     ends = [path for path in paths if path.endswith(f".{name}")]
     close = ends or difflib.get_close_matches(name, paths, 5, 0.5)
-    hint = f"nearest: {', '.join(close[:5])}" if close else "see docs/reference-config.md"
-    raise InputError(f"{name}: no such field of a run; {hint}")
+    hint = f"did you mean {' or '.join(close[:5])}?" if close else "see docs/reference-config.md"
+    raise InputError(f"{name}: a run has no such field; {hint}")
 
 
-def _matches(path: str, name: str) -> bool:
-    """Tell whether ``name`` is the field ``path``, in which NAME and [] stand for any, or a part of its quantity."""
-    pattern = re.escape(path).replace("NAME", r"[^.]+").replace(r"\[\]", r"(\[\d*\])?")
-    return re.fullmatch(rf"{pattern}(\.(value|sd|source|ref))?", name) is not None
+def _pattern(path: str) -> str:
+    """Pattern of the names of the field ``path``, in which NAME and [] match any name and index."""
+    return re.escape(path).replace("NAME", r"[^.]+").replace(r"\[\]", r"(\[\d*\])?")
 
 
 def _explained(field: Described, tests: list[str]) -> list[str]:
@@ -103,54 +104,47 @@ def _decided(path: str) -> Iterator[str]:
     """Tests, with their scale, whose results the field decides."""
     for name, kind in kinds().items():
         for scale, parts in kind.deciding.items():
-            named = (part.format(d=d) for part in parts for d in ("warp", "weft"))
+            named = [part.format(d=d) for part in parts for d in ("warp", "weft")]
             known = [part if part.startswith("rig.") else f"fabric.{part}" for part in named]
             if any(_is_in(whole, path) or _is_in(path, whole) for whole in known):
                 yield f"results of {name}, {scale}"
 
 
 def _preset(path: str, tests: list[str]) -> Iterator[tuple[str, str]]:
-    """Values that presets set, and for which tests."""
+    """Tests for which presets set the field, and the values."""
     found: dict[str, list[str]] = {}
     for test in tests:
         for scale in kinds()[test].scales:
             values = {p: dict(leaves(preset_settings(test, p, scale))).get(path) for p in PRESETS}  # type: ignore[arg-type]
             if any(value is not None for value in values.values()) and path not in ("model.preset", "model.scale"):
-                told = ", ".join(f"{preset} {value:g}" for preset, value in values.items() if value is not None)
-                found.setdefault(told, []).append(f"{test} {scale}")
+                text = ", ".join(f"{preset} {value:g}" for preset, value in values.items() if value is not None)
+                found.setdefault(text, []).append(f"{test} {scale}")
     everywhere = len(found) == 1 and len(tests) == len(RUNS)
-    return (("all tests" if everywhere else ", ".join(names), told) for told, names in found.items())
+    return (("all tests" if everywhere else ", ".join(names), text) for text, names in found.items())
 
 
 def fields_below(model: type[BaseModel], prefix: str = "") -> Iterator[Described]:
-    """Every field below ``model``, whose paths begin with ``prefix``."""
+    """Fields below ``model``, with paths that begin with ``prefix``."""
     for name in model.model_fields:
         yield from described(model, name, prefix)
 
 
 def described(model: type[BaseModel], name: str, prefix: str = "") -> Iterator[Described]:
-    """The field ``name`` of ``model``, or the fields below it."""
+    """Field ``name`` of ``model``, or the fields below it."""
     info, meta, path = model.model_fields[name], field_meta(model, name), prefix + name
-    inner = model_of(info.annotation)
+    inner = model_of(info.annotation, contained=True)
     if inner is PerDirection:
         for part in PerDirection.model_fields:
             yield _row(f"{path}.{part}", "quantity", info, meta)
     elif inner is None or inner is Quantity or _or_text(info.annotation):
         yield _row(path, _type(info.annotation), info, meta)
     if inner not in (None, Quantity, PerDirection):
-        yield from fields_below(inner, f"{path}{_between(info.annotation)}.")
+        between = {dict: ".NAME", list: "[]"}.get(get_origin(info.annotation), "")  # type: ignore[arg-type]
+        yield from fields_below(inner, f"{path}{between}.")
 
 
 def _row(path: str, kind: str, info: FieldInfo, meta: dict[str, Any]) -> Described:
     return Described(path, kind, meta.get("unit", ""), _default(info), _bounds(info, meta), info.description or "")
-
-
-def model_of(annotation: Any) -> type[BaseModel] | None:
-    """The model that a field holds, alone, optional, in a list or in a map."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    inner = get_args(annotation)[-1:] if get_origin(annotation) in (dict, list) else get_args(annotation)
-    return next((model for model in map(model_of, inner) if model is not None), None)
 
 
 def _or_text(annotation: Any) -> bool:
@@ -159,11 +153,6 @@ def _or_text(annotation: Any) -> bool:
     if get_origin(annotation) is dict:
         return str in get_args(inner[1])
     return get_origin(annotation) is Annotated and _or_text(inner[0])
-
-
-def _between(annotation: Any) -> str:
-    origin = get_origin(annotation)
-    return ".NAME" if origin is dict else "[]" if origin is list else ""
 
 
 def _type(annotation: Any) -> str:
@@ -189,15 +178,10 @@ def _default(info: FieldInfo) -> str:
     value = info.get_default(call_default_factory=True)
     if value is None or value in ("", [], {}):
         return "none"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:g}" if isinstance(value, float) else _named(value)
-
-
-def _named(value: Any) -> str:
-    """A default that is no number: text, a list of it, or a quantity."""
     if isinstance(value, Quantity):
         return f"{value.value:g} ({value.source})"
+    if isinstance(value, bool | float):
+        return ("yes" if value else "no") if isinstance(value, bool) else f"{value:g}"
     return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
 
 

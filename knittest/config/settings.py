@@ -1,8 +1,7 @@
-"""Settings of a run: options and ``--set key.path=value``, layers that remember their origin, numbers by dotted
-path.
-"""
+"""Settings of a run: options and ``--set key.path=value``, layers with the origin of each value."""
 
 from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -21,7 +20,7 @@ class Layers:
     origin: dict[KeyPath, str] = field(default_factory=dict)
 
     def lay(self, value: object, where: Where, at: KeyPath = ()) -> None:
-        """Lay ``value`` over what is at ``at``: mappings merge, all else replaces; ``where`` tells a path's origin."""
+        """Lay ``value`` over the one at ``at``: mappings merge, others are replaced; ``where`` gives the origin."""
         old = self.get(at)
         if isinstance(value, dict) and isinstance(old, dict) and not (_is_quantity(value) and _is_quantity(old)):
             if at:
@@ -58,7 +57,7 @@ class Layers:
                 holder[part] = {}
                 self.origin[at[:depth]] = where(at)
             holder = holder[part]
-        holder[at[-1]] = _copied(value)
+        holder[at[-1]] = deepcopy(value)
         self._note(value, where, at)
 
     def _note(self, value: object, where: Where, at: KeyPath) -> None:
@@ -69,19 +68,13 @@ class Layers:
 
 
 def _is_quantity(value: dict[str, Any]) -> bool:
-    """A stated quantity replaces another as a whole: its scatter and source must not outlive its value."""
+    """Tell whether ``value`` is a quantity, which replaces another as a whole with its scatter and source."""
     return "value" in value
-
-
-def _copied(value: object) -> Any:
-    if isinstance(value, dict):
-        return {key: _copied(item) for key, item in value.items()}
-    return [_copied(item) for item in value] if isinstance(value, list) else value
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One value at ``path`` of the run; ``said`` is how the user gave it."""
+    """Value at ``path`` of the run; ``said`` is the option by which the user gave it."""
 
     path: KeyPath
     value: Any
@@ -93,16 +86,13 @@ def parse_set(text: str) -> Setting:
     name, equals, value = text.partition("=")
     path: KeyPath = tuple(part.strip() for part in name.split("."))
     if not equals or not all(path):
-        raise InputError(f"--set {shown(text)}: expected key.path=value, for example rig.width=50")
+        raise InputError(f"--set {shown(text)}: expected key.path=value, such as rig.width=50")
     said = f"--set {name.strip()}"
     return Setting(path, parse_value(value, said), said)
 
 
 def lay_setting(layers: Layers, setting: Setting) -> None:
-    """Lay one setting over ``layers``; a number of the fabric given so is the user's, its stated scatter stays.
-
-    A null in place of a number takes the whole quantity away, as if it had not been given.
-    """
+    """Lay one setting over ``layers``: a number becomes ``source: user`` with its old sd, null removes a quantity."""
     path, value = setting.path, setting.value
     kind = layers.get(("rig", "kind"))
     field = place(path, kind)
@@ -117,7 +107,7 @@ def lay_setting(layers: Layers, setting: Setting) -> None:
 
 
 def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
-    """Raise :class:`InputError` when ``--set`` and an option say different things about one field."""
+    """Raise :class:`InputError` if ``--set`` and an option give different values to one field."""
     for option in options:
         for setting in sets:
             if setting.path == option.path and setting.value != option.value:
@@ -126,21 +116,21 @@ def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
 
 
 def _users_own(old: object) -> dict[str, Any]:
-    """Changes to a quantity's other fields when the user sets its value or scatter."""
+    """Other fields of a quantity whose value or scatter the user sets."""
     if not isinstance(old, dict):
         return {"source": "user"} if old is None else {"value": old, "source": "user"}
     if old.get("source") == "user":
         return {}
-    ref = f"given by the user; the fabric's own is {old.get('value')} ({old.get('source')})"
+    ref = f"given by the user; the fabric file has {old.get('value')} ({old.get('source')})"
     return {"source": "user", "ref": ref, "tuned_on": [], "chosen_by": []}
 
 
-#: what no run computes with
+#: parts of a quantity with which no run computes
 TOLD = ("source", "ref", "tuned_on", "chosen_by")
 
 
 def leaves(value: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Path and value of each number or word below ``value``; that of a quantity has the path of the quantity."""
+    """Path and value of each number or text below ``value``; the number of a quantity has the path of the quantity."""
     for name, inner in value.items():
         if name in TOLD:
             continue

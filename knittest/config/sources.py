@@ -1,4 +1,4 @@
-"""Files of a config: the fabric file with its parameter sets, name conflicts with shipped files, paths of data."""
+"""Files of a config: fabric file with parameter sets, data files, name conflicts with shipped files."""
 
 import re
 import stat
@@ -10,7 +10,6 @@ from typing import Any
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir, data_dir, variants
 from knittest.config.messages import unknown
-from knittest.config.rigs import Rig
 from knittest.config.run import Run
 from knittest.config.settings import Layers
 from knittest.config.tools import stl_tools
@@ -18,7 +17,7 @@ from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, loa
 
 
 def namesake(shipped: Path, others: Iterable[Path]) -> Path | None:
-    """The first of ``others`` that exists, is not ``shipped`` itself, and has other contents."""
+    """First of ``others`` that exists, is not ``shipped`` itself, and has other contents."""
     for other in others:
         if not other.exists() or other.samefile(shipped):
             continue
@@ -28,7 +27,7 @@ def namesake(shipped: Path, others: Iterable[Path]) -> Path | None:
 
 
 def _read(path: Path) -> dict[Path, bytes]:
-    """Contents of a file, or of what an experiment is read from in a folder: its tables, and curves of imports."""
+    """Contents of a file, or of the tables and imported curves in the folder of an experiment."""
     files = [*path.glob("*.csv"), *path.glob("*/corridor.csv")] if path.is_dir() else [path]
     return {file.relative_to(path): file.read_bytes() for file in files if file.is_file()}
 
@@ -37,19 +36,19 @@ def _read(path: Path) -> dict[Path, bytes]:
 NUMBERED = {"1": "pham2019-v1", "2": "pham2019-v2"}
 DEFAULT_SET = "calibrated"
 SETS = "parameter_sets"
-#: what a run states of a fabric that has no sets
+#: name in a run of the numbers of a fabric without sets
 BASE = "base"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
 
 
 def numbers_of(parameters: str) -> str:
-    """Name of a parameter set for a reader; that of a fabric without any says so."""
+    """Name of a parameter set for messages."""
     return "as in the fabric file" if parameters == BASE else parameters
 
 
 @dataclass(frozen=True)
 class FabricSource:
-    """A mapping of fabric fields at ``root`` of ``document``; ``inline`` when a run config holds it."""
+    """Mapping of fabric fields at ``root`` of ``document``; ``inline`` if it is part of a run config."""
 
     document: Document
     root: KeyPath
@@ -58,17 +57,17 @@ class FabricSource:
 
     @property
     def fields(self) -> Any:
-        """The fabric fields as written, parameter sets included."""
+        """Fabric fields as written, parameter sets included."""
         return self.document.data["fabric"] if self.inline else self.document.data
 
 
 def fabric_file(path: Path) -> FabricSource:
-    """The fabric in a file of its own."""
+    """Fabric in a fabric file."""
     return FabricSource(load_yaml(path), (), path.resolve().parent, inline=False)
 
 
 def variant_path(variant: str) -> Path:
-    """File of a shipped fabric or of one in ``./configs`` or ``./configs/fabrics``; :class:`InputError` if none."""
+    """File of a shipped fabric or of one in ``./configs`` or ``./configs/fabrics``; raises :class:`InputError`."""
     name = NUMBERED.get(variant, variant)
     if not NAME.match(name):
         raise InputError(
@@ -78,23 +77,19 @@ def variant_path(variant: str) -> Path:
     folders = (configs_dir() / "fabrics", Path("configs"), Path("configs/fabrics"))
     for folder in folders:
         if (path := folder / f"{name}.yaml").is_file():
-            _refuse_namesake(variant, path, [other / path.name for other in folders if other != folder])
+            other = namesake(path, (place / path.name for place in folders if place != folder))
+            if variant not in NUMBERED and other is not None:
+                raise InputError(
+                    f"--variant {variant}: found two different fabrics, {other} and {path}: give the path of one of "
+                    "them with --fabric"
+                )
             return path
     known = [*NUMBERED, *sorted({p.stem for folder in folders for p in folder.glob("*.yaml") if _is_fabric(p)})]
     raise InputError(f"--variant {variant}: {unknown(variant, known, 'fabric')}; give a path with --fabric")
 
 
-def _refuse_namesake(variant: str, path: Path, others: list[Path]) -> None:
-    """Raise :class:`InputError` where two fabrics have the name that was asked for; a number is one of the paper's."""
-    if variant not in NUMBERED and (other := namesake(path, others)) is not None:
-        raise InputError(
-            f"--variant {variant}: {other} and {path} differ: expected one fabric of this name: give the path of the "
-            "one that is meant with --fabric"
-        )
-
-
 def _is_fabric(path: Path) -> bool:
-    """Tell whether a file holds a fabric, not a rig or a whole run; a broken one may."""
+    """Tell whether a file holds a fabric and not a rig or a run; a broken file may."""
     try:
         return "name" in load_yaml(path).data
     except InputError:
@@ -102,10 +97,7 @@ def _is_fabric(path: Path) -> bool:
 
 
 def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
-    """Lay the fabric with its parameter set ``wanted`` (default ``calibrated``); return the name of the set.
-
-    A fabric without sets is taken as it stands: the set is called ``base``, or as the resolved run around it says.
-    """
+    """Lay the fabric with its parameter set ``wanted`` (default ``calibrated``); return the name of the set."""
     document, fields = source.document, source.fields
     if not isinstance(fields, dict):
         raise InputError(
@@ -114,82 +106,63 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     base = {key: value for key, value in fields.items() if key != SETS}
     layers.lay(base, lambda path: document.where(source.root + path[1:]), ("fabric",))
     if SETS not in fields:
-        label_only = source.inline and wanted == document.data.get("parameters")
-        if wanted is not None and not label_only:
-            where = document.where(source.root)
+        if wanted is not None and not (source.inline and wanted == document.data.get("parameters")):
             raise InputError(
-                f"{where}: --parameters {wanted}: the fabric has no {SETS}, only one set of numbers: leave "
-                f"--parameters away, or add {SETS}: {{{wanted}: {{...}}}} to the file"
+                f"{document.where(source.root)}: --parameters {wanted}: the fabric has no {SETS}: leave out "
+                f"--parameters, or add {SETS}: {{{wanted}: {{...}}}} to the file"
             )
         return wanted or BASE
-    at = (*source.root, SETS)
-    name = _chosen_set(document, fields[SETS], at, wanted)
-    at = (*at, name)
-    overrides = fields[SETS][name]
-    if not isinstance(overrides, dict | None):
-        raise InputError(
-            f"{document.where(at)}: {name}: expected a mapping of fabric fields, found {describe(overrides)}"
-        )
-    layers.lay(overrides or {}, lambda path: document.where(at + path[1:]), ("fabric",))
-    return name
-
-
-def _chosen_set(document: Document, sets: object, at: KeyPath, wanted: str | None) -> str:
+    sets, name, at = fields[SETS], wanted or DEFAULT_SET, (*source.root, SETS)
     if not isinstance(sets, dict) or not sets:
         raise InputError(f"{document.where(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
-    name = wanted or DEFAULT_SET
     if name not in sets:
         raise InputError(f"{document.where(at)}: parameters = {name}: {unknown(name, list(sets), 'parameter set')}")
+    at = (*at, name)
+    if not isinstance(sets[name], dict | None):
+        raise InputError(
+            f"{document.where(at)}: {name}: expected a mapping of fabric fields, found {describe(sets[name])}"
+        )
+    layers.lay(sets[name] or {}, lambda path: document.where(at + path[1:]), ("fabric",))
     return name
 
 
 def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
     """Check the data paths of ``run`` and make those outside the data folder absolute.
 
-    ``folders``: of the fabric's file and of the config. Raises :class:`InputError` for a path that leaves these
-    folders, is no regular file (or folder, for ``experiment``), means one of the user's and a shipped one that differs,
-    or, where the run needs it, does not exist, and for an experiment without rows of the fabric's variant.
+    ``folders``: those of the fabric file and of the config. Raises :class:`InputError` for a path that leaves these
+    folders, is no regular file (or folder, for ``experiment``), is ambiguous between a user's and a different shipped
+    file, or does not exist though the run needs it, and for an experiment without rows of the fabric's variant.
     """
     here = Path.cwd().resolve()
     own = (here / "data").resolve()
     roots = [data_dir().resolve(), *(f.resolve() for f in folders), *([own] if own.is_relative_to(here) else []), here]
     fabric = run.fabric
     macro, needed = fabric.macro, run.model.scale == "macro"
+    at: KeyPath = ("fabric", "macro")
     if macro.tension is not None:
-        at: KeyPath = ("fabric", "macro", "tension")
         tension = {
-            d: _settled(one, (*at, d), layers, roots, needed) if isinstance(one, str) else one
+            d: _settled(one, (*at, "tension", d), layers, roots, needed) if isinstance(one, str) else one
             for d, one in macro.tension.items()
         }
         macro = macro.model_copy(update={"tension": tension})
     experiment = fabric.experiment
     if experiment is not None:
         experiment = _settled(experiment, ("fabric", "experiment"), layers, roots, needed=True, is_folder=True)
-        _check_variant(str(fabric.experiment_variant), roots[0] / experiment, layers)
+        path, variant = ("fabric", "experiment_variant"), str(fabric.experiment_variant)
+        if variant not in (known := variants(roots[0] / experiment)):
+            raise InputError(
+                f"{layers.where(path)}: {dotted(path)} = {shown(variant)}: expected one of {', '.join(known)}, which "
+                f"{roots[0] / experiment} has"
+            )
     if macro.shear is not None and macro.shear.curve is not None:
-        settled = _settled(macro.shear.curve, ("fabric", "macro", "shear", "curve"), layers, roots, needed)
+        settled = _settled(macro.shear.curve, (*at, "shear", "curve"), layers, roots, needed)
         macro = macro.model_copy(update={"shear": macro.shear.model_copy(update={"curve": settled})})
-    fabric = fabric.model_copy(update={"macro": macro, "experiment": experiment})
-    return run.model_copy(update={"fabric": fabric, "rig": _settled_tools(run, layers, roots)})
-
-
-def _settled_tools(run: Run, layers: Layers, roots: list[Path]) -> Rig:
-    changed = {}
+    tools = {}
     for name, stl in stl_tools(run.rig).items():
-        path = _settled(stl.path, ("rig", name, "stl", "path"), layers, roots, needed=True)
-        moved = stl.model_copy(update={"path": path})
-        changed[name] = getattr(run.rig, name).model_copy(update={"stl": moved})
-    return run.rig.model_copy(update=changed)
-
-
-def _check_variant(variant: str, folder: Path, layers: Layers) -> None:
-    known = variants(folder)
-    if variant not in known:
-        path: KeyPath = ("fabric", "experiment_variant")
-        raise InputError(
-            f"{layers.where(path)}: {dotted(path)} = {shown(variant)}: no rows of it in {folder}, "
-            f"which has {', '.join(known)}"
-        )
+        file = _settled(stl.path, ("rig", name, "stl", "path"), layers, roots, needed=True)
+        tools[name] = getattr(run.rig, name).model_copy(update={"stl": stl.model_copy(update={"path": file})})
+    fabric = fabric.model_copy(update={"macro": macro, "experiment": experiment})
+    return run.model_copy(update={"fabric": fabric, "rig": run.rig.model_copy(update=tools)})
 
 
 def _settled(text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False) -> str:
@@ -201,7 +174,7 @@ def _settled(text: str, path: KeyPath, layers: Layers, roots: list[Path], needed
     for root in roots:
         found = (root / text).resolve()
         if not any(found.is_relative_to(allowed) for allowed in roots):
-            raise refuse("the path leaves the data folder, the folder of the config and the working folder")
+            raise refuse("expected a path in the data folder, the folder of the config or the working folder")
         try:
             mode = found.stat().st_mode
         except OSError:
@@ -214,8 +187,8 @@ def _settled(text: str, path: KeyPath, layers: Layers, roots: list[Path], needed
         own = namesake(found, (other / name for other in roots[1:]))
         if own is not None and not Path(text).is_absolute():
             raise refuse(
-                f"{own} and the shipped {found} differ: expected one file of this name: rename yours, or give the "
-                "whole path of the one that is meant"
+                f"found two different files, {own} and the shipped {found}: rename yours, or give the absolute path of "
+                "one of them"
             )
         return name.as_posix() if own is None else str(found)
     if needed:

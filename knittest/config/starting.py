@@ -1,4 +1,4 @@
-"""Config files to start from: commented templates of all fields, and fabrics from data sheets and imported tests."""
+"""Templates of config files: rigs, and fabrics from data sheets and imported tests."""
 
 import json
 import re
@@ -16,25 +16,25 @@ from knittest.config.messages import input_error
 from knittest.config.run import RUNS, Solver, rig_model
 from knittest.config.settings import Layers
 from knittest.config.sources import settle_data_paths
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, parse_value
+from knittest.config.yaml_loader import Document, KeyPath, dotted, load_yaml, parse_value
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn
 
 Model = TypeVar("Model", bound=BaseModel)
 
-#: fields of the rig that something else decides unless the file does: written as comments
+#: fields of the rig that are decided elsewhere unless the file has them, written as comments
 DECIDED_ELSEWHERE = {
-    "direction": "--direction decides; both by default",
-    "gauge_length": "--preset decides at the meso scale",
+    "direction": "decided by --direction; both by default",
+    "gauge_length": "decided by --preset at the meso scale",
     "speed": "2 at the meso scale, 0.5 at the macro scale",
 }
 
 
 def rig_template(use: str = "--variant 1 --config THIS_FILE") -> str:
-    """Rig file of the usual test with every default; ``use`` are the options of the command in its head."""
+    """Rig file of the default test with all defaults; ``use`` are the options of the command in its head."""
     head = [
         f"# {DEFAULT.capitalize()} test: rig and solver with their defaults. Use it with",
         f"#   knittest {DEFAULT} {use}",
-        "# What stands here goes over the preset; options and --set go over what stands here.",
+        "# Values here override the preset; options and --set override values here.",
     ]
     sections = (("rig", rig_model(DEFAULT).model_validate({})), ("solver", Solver.model_validate({})))
     body = [line for name, section in sections for line in ("", f"{name}:", *_fields(section, 1, DECIDED_ELSEWHERE))]
@@ -42,39 +42,41 @@ def rig_template(use: str = "--variant 1 --config THIS_FILE") -> str:
 
 
 def fabric_template(fabric: Fabric, like: str, own: Sequence[str] = ()) -> str:
-    """Fabric file with the numbers of ``fabric``: those of the fabric ``like``, and its ``own``, described by lines."""
+    """Fabric file with the numbers of ``fabric``, taken from ``like`` except those that the lines ``own`` list."""
     name = fabric.name
-    still = "Every number below is still that of" if not own else "What is not listed here is still that of"
+    rest = "All numbers are those of" if not own else "All other numbers are those of"
     head = [
         *(f"# {line}" for line in own),
-        f"# Fabric {name}. {still} {like}, as measured: put in your own, and state its source:",
-        "#   measured, derived (ref: the formula), tuned (tuned_on: [rows it was fitted to]) or assumed.",
-        "# sd is the standard deviation, in the unit of the value. Use it with",
+        f"# Fabric {name}. {rest} {like}, as measured: replace them by your own, with their source:",
+        "#   measured, derived (ref: the formula), tuned (tuned_on: [results it was fitted to]) or assumed.",
+        "# sd is the standard deviation, in the unit of the value. Use the file with",
         f"#   knittest {DEFAULT} --variant {name}",
-        "# This file has no parameter sets: do not give --parameters. Sets may be added; --parameters NAME then lays",
-        "# one over these numbers, calibrated unless another is named:",
+        "# This file has no parameter sets: leave out --parameters. With sets, --parameters NAME overrides these "
+        "numbers",
+        "# by those of the set NAME; the default is calibrated:",
         "#   parameter_sets:",
         "#     as-measured: {}",
         "#     calibrated:",
         "#       reinforcing: {youngs_modulus: {value: 67.5, source: tuned, tuned_on: [warp max. tensile force]}}",
-        "# Shells (--scale macro) read area_mass, thickness and the material card below macro:. Parts of the card that",
-        "# are null are derived from the yarns when a run needs them, which takes up to three minutes, once.",
+        "# The macro model (--scale macro) uses area_mass, thickness and the material card below macro:. Parts of the "
+        "card",
+        "# that are null are derived from the yarns when a run needs them, once, in up to three minutes.",
         f"# knittest check {DEFAULT} --variant {name} compares these numbers with each other and with your tests.",
-        "# To compare with tests of your own, see knittest data import --help and experiment: at the end.",
+        "# To compare with your own tests, see knittest data import --help and experiment: at the end.",
         "",
     ]
     return "\n".join(head + list(_fields(fabric, 0, {}))) + "\n"
 
 
 def taken_over(fabric: Fabric, name: str) -> Fabric:
-    """``fabric`` as the start of another one called ``name``: all that it says is assumed there, laws too."""
+    """Fabric ``name`` with all numbers and laws of ``fabric``, marked as assumed."""
     assumed = _assumed(fabric, f"as {fabric.name}")
     nothing: dict[str, Any] = {"title": "", "experiment": None, "experiment_variant": None, "rigs": {}}
     return assumed.model_copy(update={"name": name, **nothing})
 
 
 def _assumed(model: Model, ref: str) -> Model:
-    """A copy of ``model`` in which every source is ``assumed`` with the reason ``ref``."""
+    """Copy of ``model`` in which every source is ``assumed`` with the reason ``ref``."""
     if isinstance(model, Quantity):
         return model.model_copy(update={"source": "assumed", "ref": ref, "tuned_on": [], "chosen_by": []})
     changed: dict[str, Any] = {
@@ -94,7 +96,7 @@ def _fields(model: BaseModel, level: int, commented_out: dict[str, str]) -> Iter
     for name, info in type(model).model_fields.items():
         value = getattr(model, name)
         if name == "kind" and len(get_args(info.annotation)) == 1:
-            continue  # no choice to make
+            continue  # no choice
         if info.description:
             yield f"{indent}# {_comment(type(model), name)}"
         if isinstance(value, BaseModel) and not isinstance(value, Quantity):
@@ -129,59 +131,54 @@ def _flow(value: object) -> str:
 
 
 YarnSystem = Literal["reinforcing", "knitting"]
-#: part of a fabric file that an import writes
+#: file of an import with a part of a fabric file
 FABRIC = "fabric.yaml"
-#: fields of the card of the shells that go with another one
+#: fields of the macro material card that another field needs
 TOGETHER = {"tension": ("fracture_strain",)}
-#: fields of a shear law of which one excludes the others
+#: fields of a shear law that exclude each other
 LAWS = ("stiffness", "curve", "points", "source", "ref", "definition")
 
 
 def starting_text(
     name: str, like: Fabric, folder: Path | None = None, yarns: Mapping[YarnSystem, str] | None = None
 ) -> str:
-    """Text of a fabric file ``name`` with the numbers of ``like``, assumed, and those of an import's ``folder``.
+    """Text of a fabric file ``name`` with the numbers of ``like``, assumed, and those of the ``folder`` of an import.
 
-    ``yarns`` are texts as "E-glass 600 tex", or cards in YAML, from which the yarns of a system are derived. Raises
-    :class:`InputError` when one of them is none, the folder is no import, its file is no part of a fabric, what it
-    names cannot be found from here, or its numbers and the assumed ones exclude each other.
+    ``yarns`` are texts such as "E-glass 600 tex", or yarn cards in YAML. Raises :class:`InputError` for a wrong yarn, a
+    folder that is no import, a missing file, or numbers that contradict each other.
     """
     start = taken_over(like, name)
     own = []
     for system, text in (yarns or {}).items():
         start = start.model_copy(update={system: _yarn(system, text)})
-        own.append(f"The numbers of {system} are derived from {text}, and so are area_mass and thickness.")
+        own.append(f"The numbers of {system}, area_mass and thickness are derived from {text}.")
     if yarns:
         start = start.model_copy(
             update={name: Quantity.model_validate(made) for name, made in mass_and_thickness(start).items()}
         )
-    if start.knitting is not None and start.contact is not None and _follows(like, yarns):
+    assert like.contact is not None
+    follows = "knitting" in (yarns or {}) or like.contact.normal_stiffness.source == "assumed"
+    if start.knitting is not None and start.contact is not None and follows:
         made = contact_of(start.knitting, start.contact.model_dump())["normal_stiffness"]
         contact = start.contact.model_copy(update={"normal_stiffness": Quantity.model_validate(made)})
         start = start.model_copy(update={"contact": contact})
-        own.append("contact.normal_stiffness is derived from the yarn of the loops.")
+        own.append("contact.normal_stiffness is derived from the knitting yarn.")
     if folder is None:
         without = start.macro.model_copy(update=_absent(CARD))
         return fabric_template(start.model_copy(update={"macro": without}), like.name, own)
     document = _part(folder)
     fabric = _laid_over(start, document)
     own += [
-        f"Started from {folder / FABRIC}: of the imported tests are",
+        f"Numbers of the imported tests, from {folder / FABRIC}:",
         *(f"  {dotted(path)}" for path in _stated(document.data)),
     ]
     if fabric.reinforcing is None:
-        own.append(f"Yarns of {like.name} cannot make this area mass and are left out: --scale meso needs others.")
+        own.append(f"The yarns of {like.name} do not fit this area mass and are left out: --scale meso needs your own.")
     return fabric_template(fabric, like.name, own)
 
 
-def _follows(like: Fabric, yarns: Mapping[YarnSystem, str] | None) -> bool:
-    """Tell whether the contact stiffness follows the loop yarn: that of ``like`` is a guess or another yarn's."""
-    assert like.contact is not None
-    return "knitting" in (yarns or {}) or like.contact.normal_stiffness.source == "assumed"
-
-
 def _yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
-    """Yarn of ``system`` from the text of its data sheet."""
+    """Yarn of ``system`` from a text such as "E-glass 600 tex" or a yarn card."""
     said = f"--{system} {text!r}"
     if text.lstrip().startswith("{"):
         card = parse_value(text, said)
@@ -198,31 +195,27 @@ def _yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
 
 
 def _absent(parts: Iterable[str]) -> dict[str, None]:
-    """Fields of a card without ``parts``, which are then derived from yarns."""
+    """Empty fields of the macro material card for ``parts``, which are then derived from the yarns."""
     return dict.fromkeys(name for part in parts for name in (part, *TOGETHER.get(part, ())))
 
 
 def _part(folder: Path) -> Document:
-    if folder.is_dir() and not (folder / FABRIC).is_file():
-        raise InputError(
-            f"--from {folder}: no {FABRIC} in it; knittest data import FILES --out {folder} writes one with the tests"
-        )
     if not folder.is_dir():
         raise InputError(f"--from {folder}: expected the folder that knittest data import wrote (its --out)")
-    document = load_yaml(folder / FABRIC)
-    if not isinstance(document.data, dict):
-        raise InputError(f"{document.where(())}: expected a part of a fabric file, found {describe(document.data)}")
-    return document
+    if not (folder / FABRIC).is_file():
+        raise InputError(f"--from {folder}: it has no {FABRIC}: write it by knittest data import FILES --out {folder}")
+    return load_yaml(folder / FABRIC)
 
 
 def _laid_over(start: Fabric, document: Document) -> Fabric:
-    """``start`` with what ``document`` states, each number with its own source; without yarns that cannot make the area
-    mass it states, else without the parts of the card of the shells that it does not state.
+    """Lay the numbers of ``document`` with their sources over ``start``.
+
+    Yarns that do not fit its area mass are left out, else the parts of the macro material card that it does not give.
     """
     layers = Layers()
     layers.lay(start.model_dump(mode="json"), lambda path: f"{start.name}, as started", ("fabric",))
     law = Layers(document.data).get(("macro", "shear"))
-    if isinstance(law, dict):  # its own law stands alone
+    if isinstance(law, dict):  # its own law replaces the other as a whole
         layers.lay(
             {key: _empty(key) for key in LAWS if key not in law}, lambda path: "defaults", ("fabric", "macro", "shear")
         )
@@ -248,7 +241,7 @@ def _empty(key: str) -> Any:
 
 
 def _stated(data: dict[str, Any], at: KeyPath = ()) -> list[KeyPath]:
-    """Paths of all that a part states and does not assume: a quantity, a law or the rig of a test as one."""
+    """Paths of all that a part gives and does not assume; a quantity, a law or the rig of a test is one."""
     found: list[KeyPath] = []
     for key, value in data.items():
         if isinstance(value, dict) and value.get("source") == "assumed":

@@ -1,10 +1,10 @@
-"""The one YAML reader: scalars by the core schema of YAML 1.2 (chapter 10.3), line numbers, and none of the constructs
-that make a config file dangerous.
+"""YAML reader: scalars by the core schema of YAML 1.2 (chapter 10.3), line numbers, safe constructs only.
 
-It walks the events of PyYAML's SafeLoader, so that nothing is constructed before it was judged: duplicate keys,
-anchors, aliases, merge keys, tags, several documents, deep nesting, huge files and non-finite numbers are refused.
+It reads the events of PyYAML's SafeLoader and checks each before anything is constructed: it rejects duplicate keys,
+anchors, aliases, merge keys, tags, several documents, deep nesting, huge files and non-finite numbers.
 """
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -34,35 +34,24 @@ Scalar = str | int | float | bool | None
 
 
 def read_plain(text: str) -> Scalar:
-    """Value of a plain scalar; raise ``ValueError`` for what is no usable number (infinite, nan, huge)."""
+    """Value of a plain scalar; raises ``ValueError`` for an unusable number (infinite, nan, huge)."""
     if NON_FINITE.match(text):
         raise ValueError("expected a finite number")
-    for tag, (pattern, _) in CORE_SCHEMA.items():
-        if pattern.match(text):
-            return _READ[tag](text)
+    tag = next((tag for tag, (pattern, _) in CORE_SCHEMA.items() if pattern.match(text)), "")
+    match tag.rpartition(":")[2]:
+        case "null":
+            return None
+        case "bool":
+            return text.lower() == "true"
+        case "int":
+            if len(text.lstrip("+-")) > INTEGER_DIGITS:
+                raise ValueError(f"expected an integer of at most {INTEGER_DIGITS} digits")
+            return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
+        case "float":
+            if math.isinf(number := float(text)):
+                raise ValueError("expected a number below 1.8e308")
+            return number
     return text
-
-
-def _integer(text: str) -> int:
-    if len(text.lstrip("+-")) > INTEGER_DIGITS:
-        raise ValueError(f"expected an integer of at most {INTEGER_DIGITS} digits")
-    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
-    return int(text, base)
-
-
-def _float(text: str) -> float:
-    number = float(text)
-    if number in (float("inf"), float("-inf")):
-        raise ValueError("expected a number below 1.8e308")
-    return number
-
-
-_READ = {
-    "tag:yaml.org,2002:null": lambda text: None,
-    "tag:yaml.org,2002:bool": lambda text: text.lower() == "true",
-    "tag:yaml.org,2002:int": _integer,
-    "tag:yaml.org,2002:float": _float,
-}
 
 
 MAX_BYTES = 1_000_000
@@ -74,32 +63,31 @@ KeyPath = tuple[str | int, ...]
 
 @dataclass
 class Document:
-    """A parsed file: plain ``data`` (a mapping) and the ``lines`` (from 1) of every key path in it."""
+    """Parsed file: plain ``data`` (a mapping) and the ``lines`` (from 1) of every key path in it."""
 
     source: str
     data: dict[str, Any]
     lines: dict[KeyPath, int] = field(default_factory=dict)
 
     def where(self, path: KeyPath) -> str:
-        """``file:line`` of ``path``, or of the nearest ancestor that the file holds."""
+        """``file:line`` of ``path``, or of its nearest ancestor in the file."""
         while path and path not in self.lines:
             path = path[:-1]
         return f"{self.source}:{self.lines.get(path, 1)}"
 
 
 def load_yaml(path: Path) -> Document:
-    """Read a config file; raise :class:`InputError` naming file and line for anything but one plain mapping."""
-    return _parsed(_read_text(path), str(path))
-
-
-@lru_cache(maxsize=16)
-def _parsed(text: str, source: str) -> Document:
-    """A sweep reads the same fabric for each of its runs; nobody changes what is read."""
-    return parse_document(text, source)
+    """Read a config file; raises :class:`InputError` with file and line unless it is one plain mapping."""
+    raw = read_regular(path, MAX_BYTES, "not a config file")
+    try:
+        return _parsed(raw.decode("utf-8"), str(path))
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}:{line}: not UTF-8 text (byte {error.start}): save the file as UTF-8") from None
 
 
 def parse_document(text: str, source: str) -> Document:
-    """Parse YAML text whose top level is a mapping; ``source`` is the name shown in messages."""
+    """Parse YAML text whose top level is a mapping; ``source`` is the file name in messages."""
     builder = _Builder(text, source)
     data = builder.document()
     if data is None:
@@ -109,13 +97,16 @@ def parse_document(text: str, source: str) -> Document:
     return Document(source, data, builder.lines)
 
 
+_parsed = lru_cache(maxsize=16)(parse_document)  # a sweep reads the same fabric for each run; nobody changes it
+
+
 def parse_value(text: str, source: str) -> Any:
-    """Parse one YAML value, as given on the command line; an empty text is null."""
+    """Parse one YAML value of the command line; an empty text is null."""
     return _Builder(text, source).document()
 
 
 def describe(value: object) -> str:
-    """Name a value's YAML kind for a message."""
+    """Describe a YAML value for a message."""
     if isinstance(value, dict):
         return "a mapping"
     if isinstance(value, list):
@@ -126,24 +117,15 @@ def describe(value: object) -> str:
 
 
 def shown(value: object, limit: int = 60) -> str:
-    """A value as a short single line for a message."""
+    """Short single line of a value for a message."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     text = ascii(value) if isinstance(value, str) and not value.isprintable() else repr(value)
     return text if len(text) <= limit else f"{text[: limit - 3]}..."
 
 
-def _read_text(path: Path) -> str:
-    raw = read_regular(path, MAX_BYTES, "not a config file")
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}:{line}: not UTF-8 text (byte {error.start}): save the file as UTF-8") from None
-
-
 class _Builder:
-    """Builds plain data from parser events, and notes the line of every key path."""
+    """Builder of plain data from parser events, with the line of every key path."""
 
     def __init__(self, text: str, source: str) -> None:
         self.source = source
@@ -152,14 +134,14 @@ class _Builder:
         self.nodes = 0
 
     def document(self) -> Any:
-        """The one document of the text; ``None`` if there is none."""
+        """Document of the text; ``None`` if there is none."""
         try:
             events = yaml.parse(self.text, Loader=yaml.SafeLoader)
             return self._only_document(events)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             problem = error.problem or error.context or "invalid"
-            raise self._refuse(mark, f"not valid YAML: {problem}") from None
+            raise self._error(mark, f"not valid YAML: {problem}") from None
         except yaml.reader.ReaderError as error:
             line = self.text.count("\n", 0, error.position) + 1
             message = f"{self.source}:{line}: not valid YAML: the character U+{error.character:04X} is not allowed"
@@ -172,31 +154,33 @@ class _Builder:
         for event in events:
             if isinstance(event, yaml.DocumentStartEvent):
                 if seen:
-                    raise self._refuse(event.start_mark, "expected one YAML document, found another")
+                    raise self._error(event.start_mark, "expected one YAML document, found another")
                 if event.tags or event.version not in (None, (1, 2)):
-                    raise self._refuse(event.start_mark, "expected YAML 1.2 without directives")
+                    raise self._error(event.start_mark, "expected YAML 1.2 without directives")
                 seen = True
                 data = self._value(next(events), events, ())
         return data
 
     def _value(self, event: Any, events: Iterator[Any], path: KeyPath) -> Any:
-        self._judge(event, path)
+        self._check(event, path)
         self.lines.setdefault(path, event.start_mark.line + 1)
         if isinstance(event, yaml.ScalarEvent):
             return self._scalar(event)
         return self._mapping(events, path) if isinstance(event, yaml.MappingStartEvent) else self._list(events, path)
 
-    def _judge(self, event: Any, path: KeyPath) -> None:
+    def _check(self, event: Any, path: KeyPath) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
             found = shown(f"{'*' if isinstance(event, yaml.AliasEvent) else '&'}{event.anchor}")
-            raise self._refuse(event.start_mark, f"aliases are not read: write the value out instead of {found}")
+            raise self._error(
+                event.start_mark, f"anchors and aliases are not allowed: write the value out instead of {found}"
+            )
         if event.tag is not None:
-            raise self._refuse(event.start_mark, f"tags are not read: remove {shown(event.tag)}")
+            raise self._error(event.start_mark, f"tags are not allowed: remove {shown(event.tag)}")
         self.nodes += 1
         if self.nodes > MAX_NODES:
-            raise self._refuse(event.start_mark, f"more than {MAX_NODES} values: not a config file")
+            raise self._error(event.start_mark, f"more than {MAX_NODES} values: not a config file")
         if len(path) > MAX_DEPTH:
-            raise self._refuse(event.start_mark, f"nested deeper than {MAX_DEPTH} levels")
+            raise self._error(event.start_mark, f"nested deeper than {MAX_DEPTH} levels")
 
     def _mapping(self, events: Iterator[Any], path: KeyPath) -> dict[str, Any]:
         data: dict[str, Any] = {}
@@ -205,20 +189,20 @@ class _Builder:
             place = (*path, key)
             if key in data:
                 first = self.lines[place]
-                raise self._refuse(event.start_mark, f"{dotted(place)}: duplicate key, first given in line {first}")
+                raise self._error(event.start_mark, f"{dotted(place)}: duplicate key, first given in line {first}")
             self.lines[place] = event.start_mark.line + 1
             data[key] = self._value(next(events), events, place)
         return data
 
     def _key(self, event: Any, path: KeyPath) -> str:
-        self._judge(event, path)
+        self._check(event, path)
         if not isinstance(event, yaml.ScalarEvent):
-            raise self._refuse(event.start_mark, "expected a field name before ':', found a mapping or list")
+            raise self._error(event.start_mark, "expected a field name before ':', found a mapping or list")
         if event.implicit[0] and event.value == "<<":
-            raise self._refuse(event.start_mark, "merge keys (<<) are not read: write the fields out")
+            raise self._error(event.start_mark, "merge keys (<<) are not allowed: write the fields out")
         key = self._scalar(event)
         if not isinstance(key, str):
-            raise self._refuse(event.start_mark, f"expected a field name before ':', found {describe(key)}")
+            raise self._error(event.start_mark, f"expected a field name before ':', found {describe(key)}")
         return key
 
     def _list(self, events: Iterator[Any], path: KeyPath) -> list[Any]:
@@ -229,19 +213,19 @@ class _Builder:
 
     def _scalar(self, event: Any) -> Scalar:
         if any("\ud800" <= c <= "\udfff" for c in event.value):
-            raise self._refuse(event.start_mark, "half of a surrogate pair is no character")
+            raise self._error(event.start_mark, "an incomplete surrogate pair is no character")
         if not event.implicit[0]:
             return str(event.value)
         try:
             return read_plain(event.value)
         except ValueError as error:
-            raise self._refuse(event.start_mark, f"{shown(event.value)}: {error}") from None
+            raise self._error(event.start_mark, f"{shown(event.value)}: {error}") from None
 
-    def _refuse(self, mark: Any, problem: str) -> InputError:
+    def _error(self, mark: Any, problem: str) -> InputError:
         place = self.source if mark is None else f"{self.source}:{mark.line + 1}"
         return InputError(f"{place}: {problem}")
 
 
 def dotted(path: KeyPath) -> str:
-    """A key path as it is written with ``--set``: ``law.points[2]``."""
+    """Key path as for ``--set``: ``law.points[2]``."""
     return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).lstrip(".")

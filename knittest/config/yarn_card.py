@@ -1,6 +1,6 @@
-"""Yarn cards from a data sheet: fibre and linear density to all numbers of a yarn, converted when a fabric is loaded.
+"""Yarn cards from a data sheet: all numbers of a yarn from fibre and linear density, when a fabric is loaded.
 
-Whatever a card states itself stays. A number that was derived before is derived again, so that it follows a change.
+Numbers of the card itself stay. A derived number is derived again at each loading, so that it follows a change.
 """
 
 import math
@@ -15,26 +15,26 @@ from pydantic import BaseModel
 
 from knittest.config.base import BoundsError, PerDirection, Quantity, check_bounds, field_meta
 
-#: the reference of a derived number begins with this, and ends with the number and its unit
+#: beginning of the reference of a derived number, which ends with the number and its unit
 MARK = "yarn card: "
-#: fields that only the conversion reads, and the number that replaces each when it is measured
+#: fields that only the conversion reads, with the measured number that replaces each
 SETTINGS = {
     "twist": "youngs_modulus", "packing": "beam_diameter", "efficiency": "fracture_strain",
     "bending_share": "bending_stiffness",
 }  # fmt: skip
-#: default of packing: fibre area over the area of the circle, of yarns without much twist in a fabric
+#: default of packing: fibre area over the area of the circle, of yarns with little twist in a fabric
 PACKING = 0.6
-#: default of bending_share: warps of Pham et al. (2019) have 0.0016 and 0.0026 by their cantilever tests
+#: default of bending_share; cantilever tests of the warps of Pham et al. (2019) give 0.0016 and 0.0026
 BENDING_SHARE = 0.002
-#: steepest helix [deg] of a fibre on the surface of a twisted yarn
+#: largest helix angle [deg] of a fibre at the surface of a twisted yarn
 STEEPEST = 45.0
-#: by how much shares may miss one, as they are rounded
+#: tolerance of the sum of mass fractions
 SHARES = 0.01
 _TEX = re.compile(r"\s*(?:(\d+)\s*[x×*]\s*)?(\d+(?:\.\d+)?)\s*(tex|dtex)?\s*$", re.IGNORECASE)
 
 
 class Fibre(NamedTuple):
-    """A row of ``fibres.yaml``: what a fibre is made of, in the units of its fields there."""
+    """Properties of a fibre in ``fibres.yaml``, in the units given there."""
 
     density: float
     modulus: float
@@ -46,62 +46,68 @@ class Fibre(NamedTuple):
 
 
 class Blend(NamedTuple):
-    """Fibres of a yarn with their shares by volume."""
+    """Fibres of a yarn with their volume fractions."""
 
     name: str
     parts: tuple[tuple[float, Fibre], ...]
 
     @property
     def density(self) -> float:
-        """Mass over volume of the fibres [g/cm3]."""
+        """Density of the fibres [g/cm3]."""
         return sum(share * fibre.density for share, fibre in self.parts)
 
     @property
     def modulus(self) -> float:
-        """Modulus of all fibres side by side [GPa]."""
+        """Modulus of all fibres in parallel [GPa]."""
         return sum(share * fibre.modulus for share, fibre in self.parts)
 
     @property
     def strength(self) -> float:
-        """Strength of the filaments [GPa], each of its own failure strain: no yarn is stronger."""
+        """Strength of the filaments [GPa], each at its own failure strain; an upper bound for the yarn."""
         return sum(share * fibre.modulus * fibre.failure_strain for share, fibre in self.parts) / 100.0
 
     def failure(self, efficiency: float | None) -> tuple[Fibre, float]:
-        """Fibre with whose failure the force is largest, and its strain [%] then; fibres that failed carry nothing."""
+        """Fibre whose failure ends the largest force, and its failure strain [%]; failed fibres carry nothing."""
         ends = [(_end(fibre, efficiency), fibre) for _, fibre in self.parts]
         strain, first = max(ends, key=lambda end: end[0] * self.carriers(end[0], efficiency).modulus)
         return first, strain
 
     def carriers(self, strain: float, efficiency: float | None) -> "Blend":
-        """Fibres that carry at ``strain`` [%]; their shares remain those of all fibres."""
+        """Fibres that carry at ``strain`` [%], with fractions of all fibres."""
         return Blend(self.name, tuple(part for part in self.parts if _end(part[1], efficiency) >= strain))
 
 
 def _end(fibre: Fibre, efficiency: float | None) -> float:
-    """Strain [%] at which ``fibre`` fails in a yarn."""
+    """Failure strain [%] of ``fibre`` in a yarn."""
     return fibre.failure_strain * (fibre.efficiency if efficiency is None else efficiency)
 
 
 @cache
 def fibres() -> Mapping[str, Fibre]:
-    """The shipped table of fibres by name."""
+    """Shipped table of fibres by name."""
     rows = yaml.safe_load(Path(__file__).with_name("fibres.yaml").read_text(encoding="utf-8"))
     return {name: Fibre(**row) for name, row in rows.items()}
 
 
 def blend_of(fibre: object) -> Blend:
-    """The fibres that a card names, by name or by shares of mass; :class:`BoundsError` where it names none."""
+    """Fibres of a card, by name or by mass fractions; raises :class:`BoundsError` for unknown ones."""
     shares = {fibre: 1.0} if isinstance(fibre, str) else fibre
-    if not isinstance(shares, Mapping) or not shares or not all(map(_is_share, shares.values())):
-        raise BoundsError("expected the name of a fibre, or names with shares of mass above 0", "fibre")
+    if (
+        not isinstance(shares, Mapping)
+        or not shares
+        or any(
+            isinstance(share, bool) or not isinstance(share, int | float) or share <= 0.0 for share in shares.values()
+        )
+    ):
+        raise BoundsError("expected the name of a fibre, or names with mass fractions above 0", "fibre")
     total = sum(shares.values())
     if abs(total - 1.0) > SHARES:
-        raise BoundsError(f"the shares of mass add up to {total:g}, expected 1", "fibre")
+        raise BoundsError(f"the mass fractions add up to {total:g}, expected 1", "fibre")
     known = {_plain(name): (name, fibre) for name, fibre in fibres().items()}
     if missing := [name for name in shares if _plain(name) not in known]:
         raise BoundsError(
-            f"{missing[0]} is not in the table of fibres, expected one of {', '.join(fibres())}; for another fibre "
-            "state the numbers of the yarn instead",
+            f"unknown fibre {missing[0]}, expected one of {', '.join(fibres())}; for another fibre give the numbers of "
+            "the yarn instead",
             "fibre",
         )
     rows = [(share / total, *known[_plain(name)]) for name, share in shares.items()]
@@ -111,10 +117,7 @@ def blend_of(fibre: object) -> Blend:
 
 
 def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tuple[float, str]]) -> Any:
-    """``card`` of a yarn ``model``, filled where it names a fibre; ``usual`` are numbers that no data sheet has.
-
-    Raises :class:`BoundsError` for what cannot be converted.
-    """
+    """Fill the ``card`` of a yarn ``model`` that names a fibre, with ``usual`` numbers; :class:`BoundsError`."""
     if not isinstance(card, Mapping):
         return card
     card = {**card, **_linear_density(card)}
@@ -139,9 +142,9 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
 
 
 def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Numbers that follow from the fibre, the linear density and what else is stated."""
+    """Numbers that follow from fibre, linear density and other numbers of the card."""
     if (tex := number_of(stated.get("linear_density"))) is None:
-        raise BoundsError("missing: mass per length of the yarn, in tex, such as 600 or 4 x 300 tex", "linear_density")
+        raise BoundsError("missing: mass per length of the yarn, such as 600 or 4 x 300 tex", "linear_density")
     blend = blend_of(stated["fibre"])
     found: dict[str, dict[str, Any]] = {}
     area = 1e-3 * tex / blend.density
@@ -157,7 +160,7 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             "g/cm3"
         )  # fmt: skip
     turned = _cosine_squared(number_of(stated.get("twist")) or 0.0, diameter)
-    by_twist = "" if turned == 1.0 else f" x cos^2 of the helix on the surface {turned:.4g}"
+    by_twist = "" if turned == 1.0 else f" x cos^2 of the helix angle at the surface {turned:.4g}"
     own = number_of(stated.get("efficiency"))
     first, strain = blend.failure(own)
     carriers = blend.carriers(strain, own)
@@ -167,7 +170,7 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         + ("" if len(carriers.parts) == len(blend.parts) else f" x {share:.3g}, the fibres that carry at failure")
     )  # fmt: skip
     found["youngs_modulus"] = filled(
-        turned * carriers.modulus / share, "GPa", f"fibres side by side, {carriers.modulus / share:.4g} GPa{by_twist}"
+        turned * carriers.modulus / share, "GPa", f"fibres in parallel, {carriers.modulus / share:.4g} GPa{by_twist}"
     )
     if "fracture_strain" not in stated:
         if own is None:
@@ -184,7 +187,7 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def _bending(blend: Blend, area: float, diameter: float, share: float | None) -> dict[str, dict[str, Any]]:
-    """EI between the sum of the filaments' own, if they are free, and E A D^2 / 16, if they cannot slide."""
+    """EI between that of free filaments and E A D^2 / 16 of filaments that cannot slide."""
     found = {}
     if share is None:
         share = BENDING_SHARE
@@ -197,20 +200,20 @@ def _bending(blend: Blend, area: float, diameter: float, share: float | None) ->
 
 
 def _cosine_squared(twist: float, diameter: float) -> float:
-    """cos^2 of the helix on the surface, by which twist lowers the modulus (Hearle, Grosberg, Backer, 1969)."""
+    """Factor cos^2 of the helix angle at the surface, by which twist lowers the modulus (Hearle et al., 1969)."""
     slope = math.pi * diameter * 1e-3 * twist
     if slope > math.tan(math.radians(STEEPEST)):
         most = 1e3 * math.tan(math.radians(STEEPEST)) / (math.pi * diameter)
         raise BoundsError(
-            f"turns the fibres of a yarn of {diameter:.3g} mm by {math.degrees(math.atan(slope)):.0f} deg, expected at "
-            f"most {STEEPEST:g} deg, {most:.4g} turns per metre",
+            f"gives a helix angle of {math.degrees(math.atan(slope)):.0f} deg at the surface of a yarn of "
+            f"{diameter:.3g} mm, expected at most {STEEPEST:g} deg, {most:.4g} turns per metre",
             "twist",
         )
     return 1.0 / (1.0 + slope**2)
 
 
 def _linear_density(card: Mapping[str, Any]) -> dict[str, Any]:
-    """The linear density as a number, where it was written as plies or with its unit."""
+    """Linear density as a number, if it was written as plies or with its unit."""
     entry = card.get("linear_density")
     text = entry.get("value") if isinstance(entry, Mapping) else entry
     if not isinstance(text, str):
@@ -224,14 +227,14 @@ def _linear_density(card: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _stated(entry: Any) -> Any:
-    """``entry`` of a card, none where this conversion filled it; of a pair of directions what is left."""
+    """Entry of a card without numbers that this conversion filled; None if nothing is left."""
     if isinstance(entry, Mapping) and not isinstance(entry, Quantity) and {"warp", "weft"} & entry.keys():
         return {name: own for name, inner in entry.items() if (own := _stated(inner)) is not None} or None
     return None if is_filled(entry) else entry
 
 
 def _is_whole(entry: Any) -> bool:
-    """Tell whether ``entry`` of a card states its number, of a pair of directions both."""
+    """Tell whether ``entry`` of a card has its number, or those of both directions."""
     pair = isinstance(entry, Mapping) and bool({"warp", "weft"} & entry.keys())
     return {"warp", "weft"} <= entry.keys() if pair else entry is not None
 
@@ -246,18 +249,14 @@ def is_filled(entry: Any) -> bool:
 
 
 def filled(value: float, unit: str, formula: str, source: str = "derived") -> dict[str, Any]:
-    """Entry of a number that follows by ``formula``; :func:`is_filled` finds it again."""
+    """Entry of a number derived by ``formula``; :func:`is_filled` recognises it."""
     return {"value": value, "source": source, "ref": f"{MARK}{formula} = {value:.6g} {unit}".rstrip()}
 
 
 def number_of(entry: Any) -> float | None:
-    """Number of an entry of a card, none where it is no number."""
+    """Number of an entry of a card; None if it is no number."""
     value = entry.get("value") if isinstance(entry, Mapping) else getattr(entry, "value", entry)
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
-
-
-def _is_share(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and value > 0.0
 
 
 def _plain(name: object) -> str:

@@ -208,63 +208,6 @@ def test_compare_takes_a_plain_curve_and_names_the_runs_to_choose_from(tmp_path,
     assert said[5].split()[-4:] == ["0.0", "%", "of", "peak"] and said[7] == "rating 1.00 (excellent)"
 
 
-def test_data_import_prints_what_a_fabric_file_needs(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    Path("a.csv").write_text("L0;200;mm\nb0;100;mm\nWeg;Kraft\nmm;daN\n0;0\n1;100\n3;580\n")
-    assert run(["data", "import", "a.csv", "--direction", "weft", "--out", "data/mine"]) == 0
-    said = capsys.readouterr().out
-    assert all(
-        line in said for line in ('experiment: "mine"', 'experiment_variant: "mine"', 'weft: "mine/weft/tension.csv"')
-    )
-    assert "5800.0             1.500" in said
-    Path("mine").mkdir()
-    Path("mine/thesis.txt").write_text("mine")
-    assert run(["data", "import", "a.csv", "--direction", "weft", "--out", "mine"]) == 2
-    assert [path.name for path in Path("mine").iterdir()] == ["thesis.txt"]
-
-
-def test_tensile_hands_runs_and_options_on(monkeypatch, tmp_path):
-    handed = {}
-
-    def record(runs, options):
-        handed.update(runs=runs, options=options)
-        return 3
-
-    monkeypatch.setattr("knittest.studies.command.run_command", record)
-    arguments = ["--variant", "2", "--scale", "macro", "--preset", "quick", "--set", "rig.width=25", "--seed", "5"]
-    options = ["--out", str(tmp_path / "o"), "--threads", "1", "--json", "--quiet", "--no-frames"]
-    assert run(["tensile", *arguments, *options]) == 3
-    assert [r.rig.direction for r in handed["runs"]] == ["warp", "weft"]
-    assert all((r.rig.width, r.variability.seed, r.model.scale) == (25.0, 5, "macro") for r in handed["runs"])
-    options = handed["options"]
-    assert (options.out, options.threads, options.json, options.quiet, options.frames) == (
-        tmp_path / "o",
-        1,
-        True,
-        True,
-        False,
-    )
-    assert run(["tensile", *arguments, "--direction", "weft"]) == 3
-    assert [r.rig.direction for r in handed["runs"]] == ["weft"]
-
-
-def test_schema_explains_a_field(capsys):
-    assert run(["schema", "fabric.reinforcing.crimp.warp"]) == 0
-    said = capsys.readouterr().out.splitlines()
-    assert said[0] == "fabric.reinforcing.crimp.warp [%]"
-    assert {"  bounds: ≥ 0, ≤ 5, plausible 0, or from 0.02", "  scale: meso", "  tests: all"} <= set(said)
-    assert "results of tensile, meso" in said[-1] and "macro" not in said[-1]
-    assert run(["schema", "rig.width"]) == 0
-    said = capsys.readouterr().out
-    assert "  default: 50\n" in said and "  tests: bias-extension\n" in said
-    assert "  preset, friction meso: quick 15, standard 25, paper 50" in said
-    assert run(["schema", "fabric.contact"]) == 0
-    assert "fabric.contact.normal_stiffness [N/mm]: penalty" in capsys.readouterr().out
-    assert run(["schema", "rig.widht"]) == 2 and "nearest: rig.width" in capsys.readouterr().err
-    assert run(["schema", "tangential_ratio"]) == 2
-    assert "nearest: fabric.contact.tangential_ratio" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_tab_completion(monkeypatch, capsys, shell):
     def completed(instruction: str) -> str:
@@ -319,3 +262,33 @@ def test_all_folders_of_the_cache_can_be_emptied():
 
     sources = [path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")]
     assert {name for text in sources for name in re.findall(r'cache_folder\("(\w+)"', text)} <= {*FOLDERS}
+
+
+def test_tensile_hands_runs_and_options_on(monkeypatch, tmp_path):
+    handed = []
+    monkeypatch.setattr(
+        "knittest.studies.command.run_command", lambda runs, options: handed.extend((runs, options)) or 3
+    )
+    arguments = ["--variant", "2", "--scale", "macro", "--preset", "quick", "--set", "rig.width=25", "--seed", "5"]
+    words = ["--out", str(tmp_path / "o"), "--threads", "1", "--json", "--quiet", "--no-frames"]
+    assert run(["tensile", *arguments, *words]) == run(["tensile", *arguments, "--direction", "weft"]) == 3
+    runs, options, (weft,), _ = handed
+    assert [r.rig.direction for r in runs] == ["warp", "weft"] and weft.rig.direction == "weft"
+    assert all((r.rig.width, r.variability.seed, r.model.scale) == (25.0, 5, "macro") for r in runs)
+    assert (options.out, options.threads, options.json) == (tmp_path / "o", 1, True)
+    assert (options.quiet, options.frames, options.pictures) == (True, False, True)
+
+
+def test_schema_explains_a_field(capsys):
+    def told(name: str, code: int = 0) -> str:
+        assert run(["schema", name]) == code
+        return "".join(capsys.readouterr())
+
+    crimp = told("fabric.reinforcing.crimp.warp").splitlines()
+    assert crimp[0] == "fabric.reinforcing.crimp.warp [%]"
+    assert {"  bounds: ≥ 0, ≤ 5, plausible 0, or from 0.02", "  scale: meso", "  tests: all"} <= set(crimp)
+    assert "results of tensile, meso" in crimp[-1] and "macro" not in crimp[-1]
+    assert "  preset, friction meso: quick 15, standard 25, paper 50" in told("rig.width")
+    assert "fabric.contact.normal_stiffness [N/mm]: penalty" in told("fabric.contact")
+    assert "did you mean rig.width" in told("rig.widht", 2)
+    assert "did you mean fabric.contact.tangential_ratio" in told("tangential_ratio", 2)

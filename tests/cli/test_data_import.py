@@ -40,8 +40,10 @@ def test_the_width_of_a_strip_of_100_mm_is_kept_and_its_curve_is_per_width(place
     assert float(lines[-1].split(",")[1]) == pytest.approx(64.0)
 
 
-def test_one_specimen_has_no_standard_deviation(place):
+def test_one_specimen_has_no_standard_deviation_and_a_fabric_names_it(place, capsys):
     assert imported(HEAD + ROWS) == 0
+    said = capsys.readouterr().out
+    assert all(one in said for one in ('experiment: "mine"', 'experiment_variant: "mine"', '"mine/warp/tension.csv"'))
     assert {row["sd"] for row in table().values()} == {""} and table()["peak_force_n"]["n"] == "1"
 
 
@@ -61,6 +63,13 @@ def test_plausible_slips_are_bad_input(place, capsys, text, options, words):
     assert imported(text, *options) == 2
     assert words in capsys.readouterr().err
     assert not Path("data").exists()
+
+
+def test_a_folder_with_other_files_is_left_alone(place):
+    Path("data/mine").mkdir(parents=True)
+    Path("data/mine/thesis.txt").write_text("mine")
+    assert imported(HEAD + ROWS) == 2
+    assert [path.name for path in Path("data/mine").iterdir()] == ["thesis.txt"]
 
 
 def test_a_weft_file_is_not_a_warp_of_the_same_folder(place, capsys):

@@ -50,6 +50,6 @@ def test_stl_files_are_found_beside_the_config(exported, tmp_path, monkeypatch):
 
 def test_stl_files_elsewhere_are_refused(exported, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for path, message in (("missing.stl", "no such file"), (f"{exported}/stamp.stl", "the path leaves")):
+    for path, message in (("missing.stl", "no such file"), (f"{exported}/stamp.stl", "expected a path in")):
         with pytest.raises(InputError, match=rf"rig\.die\.stl\.path = .*{message}"):
             resolve(test="forming", variant="1", sets=(f"rig.die.stl.path={path}",))

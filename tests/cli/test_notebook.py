@@ -42,7 +42,7 @@ def test_views_of_both_directions_are_in_their_cell(outputs):
     (found,) = outputs[3]
     assert found.data["text/html"].count("<iframe srcdoc=") == 2 and "three.js" in found.data["text/html"]
     assert found.data["text/plain"].splitlines() == [
-        f"moving view: {Path('runs', d, 'view.html')}" for d in ("warp", "weft")
+        f"3D view: {Path('runs', d, 'view.html')}" for d in ("warp", "weft")
     ]
 
 

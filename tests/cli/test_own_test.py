@@ -128,7 +128,7 @@ def test_a_stopped_run_goes_on_to_the_same_bits(wired, tmp_path):
     [
         ("wire = knittest_wire.nowhere:KIND", "test wire of other 0.1: entry point knittest_wire.nowhere:KIND"),
         ("string = knittest_wire.kind:KIND", "its record is named wire"),
-        ("tensile = knittest_wire.kind:KIND", "test tensile: two packages offer it"),
+        ("tensile = knittest_wire.kind:KIND", "test tensile is in two packages"),
         ("wire = knittest_wire.config:WireRig", "expected a knittest.base.kinds.TestKind"),
     ],
 )
@@ -156,27 +156,6 @@ def test_a_package_for_another_version_is_named_before_it_runs(tmp_path, file, o
     assert found.returncode == 2 and said in found.stderr and "internal error" not in found.stderr
 
 
-def test_a_run_of_it_is_another_when_its_code_changes(tmp_path):
-    site = tmp_path / "site"
-    install(site, "other", "wire = knittest_wire.kind:KIND", ROOT / "tests/own_test/knittest_wire")
-    code = """
-from knittest.config.loading import resolve
-from knittest.export.identity import identity_of
-for test, scale in (("wire", "meso"), ("friction", "macro")):
-    print(identity_of(resolve(test=test, variant="1", scale=scale), []).get("test"))
-"""
-
-    def digests() -> list[str]:
-        told = subprocess.run([sys.executable, "-c", code], env=environment(site), capture_output=True, text=True)
-        return told.stdout.split()
-
-    before = digests()
-    with (site / "knittest_wire/report.py").open("a") as stream:
-        stream.write("# changed\n")
-    after = digests()
-    assert len(before) == 2 and before[0] != after[0] and before[1] == after[1] == "None"
-
-
 def helped(*path: Path) -> subprocess.CompletedProcess[str]:
     """``knittest --help`` of what is found along ``path`` before this environment's own."""
     env = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, path))}
@@ -195,21 +174,25 @@ def test_an_installation_older_than_the_code_says_what_to_do(tmp_path):
     )
 
 
-def test_a_trial_of_it_is_new_when_its_code_changes(tmp_path):
+def test_a_run_and_a_trial_of_it_are_new_when_its_code_changes(tmp_path):
     site = tmp_path / "site"
     install(site, "knittest-wire", "wire = knittest_wire.kind:KIND", ROOT / "tests/own_test/knittest_wire")
     code = """
 from knittest.config.loading import resolve
+from knittest.export.identity import identity_of
 from knittest.studies.trials.trial import trial_of
-print(*(trial_of(resolve(test=test, variant="1", scale="meso")).key for test in ("wire", "friction")))
+for test in ("wire", "friction"):
+    run = resolve(test=test, variant="1", scale="meso")
+    print(identity_of(run, []).get("test"), trial_of(run).key)
 """
 
-    def keys() -> list[str]:
+    def digests() -> list[str]:
         told = subprocess.run([sys.executable, "-c", code], env=environment(site), capture_output=True, text=True)
         return told.stdout.split()
 
-    before = keys()
+    before = digests()
     with (site / "knittest_wire/test.py").open("a") as stream:
         stream.write("# changed\n")
-    after = keys()
-    assert len(before) == 2 and before[0] != after[0] and before[1] == after[1]
+    after = digests()
+    assert len(before) == 4 and before[2] == "None" and before[2:] == after[2:]
+    assert all(old != new for old, new in zip(before[:2], after[:2], strict=True))

@@ -50,7 +50,7 @@ def test_the_call_is_the_command(told, tmp_path, monkeypatch):
 
 
 def test_a_refused_run_warns(tmp_path):
-    with pytest.warns(RefusedWarning, match="comparison refused: .*energ"):
+    with pytest.warns(RefusedWarning, match="not compared with the experiment: .*energ"):
         run = knittest.tensile(
             1, scale="macro", preset="quick", direction="warp", out=tmp_path / "r", pictures=False, frames=False,
             quiet=True, set={"solver.max_kinetic_ratio": 1e-9},

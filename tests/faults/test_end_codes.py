@@ -241,7 +241,7 @@ def test_short_memory_ends_a_run_with_4_and_its_manifest_says_so(tmp_path, monke
     monkeypatch.setattr("knittest.runs.execute.run_specimen", fail)
     assert run(["tensile", *QUICK, "--out", str(folder)]) == 4
     assert status(folder) == ("failed", 4)
-    assert "out of memory; free some memory" in capsys.readouterr().err
+    assert "out of memory: free memory" in capsys.readouterr().err
     monkeypatch.setattr("knittest.cli.system.schema.callback", fail)
     assert run(["schema"]) == 4
 

@@ -132,7 +132,7 @@ def test_a_cache_that_cannot_be_written_is_replaced_by_a_private_one(tmp_path, m
     monkeypatch.setenv(VARIABLE, str(tmp_path / "file" / "cache"))
     assert cache_root() == spare_of(tmp_path)
     assert mode(spare_of(tmp_path)) == 0o700
-    assert "cannot be written: caching in" in capsys.readouterr().err
+    assert "cannot be written: the cache is" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("planted", ["open", "link", "theirs"])

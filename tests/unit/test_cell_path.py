@@ -173,7 +173,7 @@ def test_unknown_paths_steps_without_a_file_and_shells_are_refused():
         run_of("rig.path=twist")
     with pytest.raises(InputError, match=r"rig\.path=FILE\.csv"):
         run_of("rig.path=steps")
-    with pytest.raises(InputError, match="cell is a test of --scale meso only"):
+    with pytest.raises(InputError, match="expected meso, the scale of test cell"):
         resolve(variant="1", test="cell", scale="macro")
 
 

@@ -19,10 +19,6 @@ CASES = {
         "tensile", YARN + "bending_stiffness.warp=3268", YARN + "bending_stiffness.warp=3270",
         "fabric.reinforcing.bending_stiffness.warp = 3270: must be at most 3269 N mm2, that of a thin tube",
     ),
-    "yarn of 1e9": (
-        "tensile", YARN + "bending_stiffness.weft=1000", YARN + "bending_stiffness.weft=1e9",
-        "fabric.reinforcing.bending_stiffness.weft = 1000000000.0: implausible, expected 0.0001 to 10000 N mm2",
-    ),
     "loop yarn stiffer than a tube": (
         "tensile", "fabric.knitting={bending_stiffness: 67.4, load_area: 0.03}",
         "fabric.knitting={bending_stiffness: 99, load_area: 0.03}",
@@ -34,87 +30,69 @@ CASES = {
     ),
     "table ends early": (
         "tensile", TABLE.format("[[0, 0], [1.0, 500]]"), TABLE.format("[[0, 0], [0.99, 500]]"),
-        "the table ends at 0.99 %, before fracture_strain = 1 %",
+        "end at 0.99 %, before fracture_strain = 1 %",
     ),
     "table without slope": (
         "tensile", TABLE.format("[[0, 0], [1, 500], [2, 500]]"), TABLE.format("[[0, 0], [1, 0], [2, 500]]"),
-        "the table has no slope at its start",
-    ),
-    "table of zeros": (
-        "tensile", TABLE.format("[[0, 0], [1, 500]]"), TABLE.format("[[0, 0], [1, 0], [2, 0]]"), "law.points",
+        "the first slope must be above 0",
     ),
     "table of huge stresses": (
         "tensile", TABLE.format("[[0, 0], [50, 26000]]"), TABLE.format("[[0, 0], [1, 1e300]]"),
         "law.points = [[0, 0], [1, 1e+300]]: must be at most 100000 MPa",
     ),
-    "table of huge strains": (
-        "tensile", TABLE.format("[[0, 0], [50, 26000]]"), TABLE.format("[[0, 0], [50.1, 26000]]"),
-        "must be at most 50 %",
-    ),
     "table in GPa": (
         "tensile", TABLE.format("[[0, 0], [1, 60]]"), TABLE.format("[[0, 0], [1, 0.5]]"),
-        "the steepest part of the table has 0.05 GPa, implausible beside youngs_modulus = 59.3 GPa",
+        "the steepest slope is 0.05 GPa, expected 5.93 to 593 GPa by youngs_modulus",
     ),
     "table in Pa": (
-        "tensile", TABLE.format("[[0, 0], [1, 5900]]"), TABLE.format("[[0, 0], [1, 6000]]"), "has 600 GPa",
+        "tensile", TABLE.format("[[0, 0], [1, 5900]]"), TABLE.format("[[0, 0], [1, 6000]]"), "is 600 GPa",
     ),
     "crimp as a fraction": (
         "tensile", YARN + "crimp={warp: 0.02, weft: 0}", YARN + "crimp.weft=0.0077",
-        "crimp.weft = 0.0077: implausible, expected 0, or at least 0.02 % (it looks like a fraction: 0.77 %)",
+        "crimp.weft = 0.0077: implausible, expected 0 or at least 0.02 % (it looks like a fraction: 0.77 %)",
     ),
     "toe as a fraction": (
         "tensile", YARN + "law={kind: toe, toe_strain: 0.02}", YARN + "law={kind: toe, toe_strain: 0.003}",
-        "law.toe_strain = 0.003: implausible, expected 0, or at least 0.02 % (it looks like a fraction: 0.3 %)",
+        "law.toe_strain = 0.003: implausible, expected 0 or at least 0.02 % (it looks like a fraction: 0.3 %)",
     ),
     "mounting slack as a fraction": (
         "picture-frame", "rig.mounting_slack=0", "rig.mounting_slack=5e-4",
-        "rig.mounting_slack = 0.0005: implausible, expected 0, or at least 0.01 % (it looks like a fraction: 0.05 %)",
-    ),
-    "strain of needles as a fraction": (
-        "biaxial", "rig.max_strain=0.05", "rig.max_strain=0.04",
-        "rig.max_strain = 0.04: implausible, expected 0.05 to 100 % (it looks like a fraction: 4 %)",
+        "rig.mounting_slack = 0.0005: implausible, expected 0 or at least 0.01 % (it looks like a fraction: 0.05 %)",
     ),
     "load area ten times too large": (
         "tensile", YARN + "load_area=4", YARN + "load_area=7.84",
-        "fabric.reinforcing.load_area = 7.84: 1200 tex over 7.84 mm2 are 0.153 g/cm3, expected at least 0.3 g/cm3",
+        "fabric.reinforcing.load_area = 7.84: 1200 tex on 7.84 mm2 are 0.153 g/cm3, expected 0.3 to 9 g/cm3",
     ),
     "too strong for its mass": (
         "tensile", YARN + "fracture_strain=15.4", YARN + "fracture_strain=15.6",
-        "fabric.reinforcing.fracture_strain = 15.6: a strength of 7253 N is 6.04 N/tex at linear_density = 1200 tex",
+        "fabric.reinforcing.fracture_strain = 15.6: the strength per mass is 6.04 N/tex (7253 N)",
     ),
     "table too strong at its fracture": (
-        "tensile", STEEP.format(1), STEEP.format(2), "a strength of 7800 N is 6.5 N/tex",
-    ),
-    "toe that takes its half off the strength": (
-        "tensile", "fabric.reinforcing={law: {kind: toe, toe_strain: 2}, fracture_strain: 16.4}",
-        "fabric.reinforcing={law: {kind: toe, toe_strain: 2}, fracture_strain: 16.6}", "is 6.04 N/tex",
+        "tensile", STEEP.format(1), STEEP.format(2), "the strength per mass is 6.5 N/tex",
     ),
     "scatter above the mean": (
         "tensile", "fabric.loop_length={value: 14.4, sd: 14.4, source: user}",
         "fabric.loop_length={value: 14.4, sd: 14.5, source: user}",
-        "fabric.loop_length.sd = 14.5: is larger than the value itself, 14.4",
+        "fabric.loop_length.sd = 14.5: exceeds the value 14.4",
     ),
     "scatter above the mean, one way": (
         "tensile", "fabric.macro.fracture_strain.weft.sd=1.6", "fabric.macro.fracture_strain.weft.sd=1.61",
-        "fabric.macro.fracture_strain.weft.sd = 1.61: is larger than the value itself, 1.6",
+        "fabric.macro.fracture_strain.weft.sd = 1.61: exceeds the value 1.6",
     ),
     "mass below the yarns'": (
         "tensile", "fabric.area_mass=469", "fabric.area_mass=467",
-        "fabric.area_mass = 467: implausible: densities, linear densities and loops make 935.7 g/m2",
+        "fabric.area_mass = 467: implausible, expected 467.8 to 1871 g/m2: the yarns make 935.7 g/m2",
     ),
-    "mass above the yarns'": ("tensile", "fabric.area_mass=1870", "fabric.area_mass=1873", "expected 467.8 to 1871"),
     "thinner than its inlays": (
         "tensile", "fabric.thickness=0.75", "fabric.thickness=0.74",
-        "fabric.thickness = 0.74: implausible beside the yarns' beam_diameter or height of section, "
-        "expected 0.75 to 7.5 mm",
+        "fabric.thickness = 0.74: implausible, expected 0.75 to 7.5 mm",
     ),
-    "thicker than its yarns": ("tensile", "fabric.thickness=7.5", "fabric.thickness=7.6", "fabric.thickness = 7.6"),
     "static below kinetic, plates": (
         "friction", "rig.static_coefficient=0.075", "rig.kinetic_coefficient=0.1",
-        "rig.static_coefficient: 0.075 is less than kinetic_coefficient, 0.1: set both",
+        "rig.static_coefficient: must be at least kinetic_coefficient, 0.1",
     ),
     "static below kinetic, tools": (
-        "forming", "rig.kinetic_coefficient=0.05", "rig.static_coefficient=0.05", "rig.static_coefficient = 0.05: 0.05",
+        "forming", "rig.kinetic_coefficient=0.05", "rig.static_coefficient=0.05", "static_coefficient = 0.05: must",
     ),
     "static below kinetic, yarns": (
         "tensile", "fabric.contact.static_friction_coefficient=0.3", "fabric.contact.static_friction_coefficient=0.29",
@@ -124,21 +102,9 @@ CASES = {
         "tensile", "rig.jaw_length=200", "rig={jaw_length: 60, gauge_length: 50}",
         "rig.jaw_length = 60: must be at most rig.gauge_length, 50 mm",
     ),
-    "jaw shorter than any": (
-        "tensile", "rig.jaw_length=1", "rig.jaw_length=0.01",
-        "rig.jaw_length = 0.01: implausible, expected 1 to 200 mm",
-    ),
-    "strips off their curve": (
-        "tensile", "fabric.macro.poisson=-0.4", "fabric.macro.poisson=-0.9",
-        "fabric.macro.poisson = -0.9: must be at least -0.4",
-    ),
     "sticking yarns creep": (
         "tensile", "fabric.contact.tangential_ratio=0.01", "fabric.contact.tangential_ratio=0.009",
-        "fabric.contact.tangential_ratio = 0.009: times normal_stiffness is 9 N/mm",
-    ),
-    "crossings too soft": (
-        "tensile", "fabric.contact.normal_stiffness=100", "fabric.contact.normal_stiffness=99",
-        "fabric.contact.normal_stiffness = 99: implausible, expected 100 to",
+        "fabric.contact.tangential_ratio = 0.009: the sticking stiffness is 9 N/mm",
     ),
     "nothing can fail": (
         "tensile", "rig.max_strain=1.61", "rig.max_strain=1.6",
@@ -153,18 +119,14 @@ CASES = {
     ),
     "uneven blank": (
         "forming", "rig.imperfection=1.1", "rig.imperfection=1.11",
-        "rig.imperfection = 1.11: must be less than half the fabric's thickness, 1.11 mm",
+        "rig.imperfection = 1.11: must be less than half the fabric thickness, 1.11 mm",
     ),
-    "uneven square": ("picture-frame", "rig.imperfection=1.1", "rig.imperfection=1.2", "rig.imperfection = 1.2: must"),
     "blank shorter than the stamp": (
-        "forming", "rig.blank_length=150", "rig.blank_length=149", "rig.blank_length = 149: smaller than the stamp",
-    ),
-    "blank narrower than the stamp": (
-        "forming", "rig.blank_width=150", "rig.blank_width=149", "rig.blank_width = 149: smaller than the stamp",
+        "forming", "rig.blank_length=150", "rig.blank_length=149", "rig.blank_length = 149: must be at least",
     ),
     "blank below the ball": (
         "forming", "rig={stamp: {kind: hemisphere}, blank_width: 100}",
-        "rig={stamp: {kind: hemisphere}, blank_width: 99}", "rig.blank_width = 99: smaller than the stamp",
+        "rig={stamp: {kind: hemisphere}, blank_width: 99}", "rig.blank_width = 99: must be at least",
     ),
 }  # fmt: skip
 
@@ -183,12 +145,6 @@ def test_a_contradiction_is_refused_and_its_neighbour_taken(case):
     with pytest.raises(InputError) as error:
         resolved(kind, refused)
     assert words in str(error.value)
-
-
-def test_the_strain_of_a_cell_is_no_fraction():
-    resolve(variant="1", test="cell", sets=["rig.max_strain=0.05"])
-    with pytest.raises(InputError, match=r"expected 0.05 to 50 % \(it looks like a fraction: 1 %\)"):
-        resolve(variant="1", test="cell", sets=["rig.max_strain=0.01"])
 
 
 def test_yarns_must_be_able_to_break():

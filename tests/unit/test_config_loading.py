@@ -22,12 +22,11 @@ def rig(tmp_path):
 
 @pytest.mark.parametrize("preset", list(PRESETS))
 def test_preset_sets_counts_and_the_meso_gauge(preset):
-    values = PRESETS[preset]
     meso, macro = (resolve(variant="2", scale=scale, preset=preset) for scale in ("meso", "macro"))
     assert meso.model.meso.elements_per_loop == 30
     assert meso.model.meso.elements_per_wave == 8
     assert meso.rig.gauge_length == GAUGE[preset]
-    assert macro.model.macro.element_size == values.element_size
+    assert macro.model.macro.element_size == PRESETS[preset]
     assert macro.rig.gauge_length == 200.0
     assert meso.model.preset == macro.model.preset == preset
 
@@ -53,18 +52,9 @@ def test_preset_sets_the_speeds_of_yarns_and_an_option_goes_over_them(preset, ra
 
 def test_config_chooses_scale_preset_and_parameters(rig):
     run = resolve(variant="2", config=rig("model: {scale: macro, preset: quick}\nparameters: as-measured\n"))
-    assert run.model.macro.element_size == PRESETS["quick"].element_size
+    assert run.model.macro.element_size == PRESETS["quick"]
     assert run.rig.gauge_length == 200.0
     assert run.fabric.reinforcing.youngs_modulus.source == "measured"
-
-
-def test_parameter_set_replaces_whole_quantities():
-    measured = resolve(variant="2", parameters="as-measured").fabric.reinforcing
-    calibrated = resolve(variant="2").fabric.reinforcing
-    assert measured.youngs_modulus.source == "measured"
-    assert calibrated.youngs_modulus.source == "tuned"
-    assert calibrated.youngs_modulus.ref != measured.youngs_modulus.ref
-    assert calibrated.fracture_strain == measured.fracture_strain
 
 
 def test_layers_merge_mappings_but_replace_quantities_and_know_where_from():
@@ -86,16 +76,18 @@ def test_fabric_without_sets_is_its_base(tmp_path):
 
 
 def test_set_number_is_the_users_and_keeps_the_stated_scatter():
-    strain = resolve(variant="1", sets=["fabric.reinforcing.fracture_strain=1.2"]).fabric.reinforcing.fracture_strain
+    own = ["fabric.reinforcing.fracture_strain=1.2", "fabric.reinforcing.youngs_modulus=60"]
+    yarn, calibrated, measured = (
+        resolve(variant="1", **more).fabric.reinforcing for more in ({"sets": own}, {}, {"parameters": "as-measured"})
+    )
+    assert (calibrated.youngs_modulus.source, measured.youngs_modulus.source) == ("tuned", "measured")
+    assert calibrated.youngs_modulus.ref != measured.youngs_modulus.ref
+    modulus, strain = yarn.youngs_modulus, yarn.fracture_strain
+    assert (modulus.value, modulus.source, modulus.tuned_on) == (60.0, "user", [])
     assert (strain.value, strain.sd, strain.source) == (1.2, 0.15, "user")
     assert "1.0 (measured)" in strain.ref
     scatter = resolve(variant="1", sets=["fabric.reinforcing.fracture_strain.sd=0"]).fabric.reinforcing.fracture_strain
     assert (scatter.value, scatter.sd, scatter.source) == (1.0, 0.0, "user")
-
-
-def test_set_replaces_a_tuned_number_and_forgets_what_it_was_tuned_on():
-    modulus = resolve(variant="1", sets=["fabric.reinforcing.youngs_modulus=60"]).fabric.reinforcing.youngs_modulus
-    assert (modulus.value, modulus.source, modulus.tuned_on) == (60.0, "user", [])
 
 
 def test_numbered_and_local_variants(tmp_path, monkeypatch):
@@ -127,7 +119,7 @@ def test_curve_beside_the_fabric_file_becomes_absolute(tmp_path):
     ("asked", "phrase"),
     [
         ({}, "no fabric is given"),
-        ({"variant": "1", "fabric": "x.yaml"}, "more than one fabric is given: --variant 1 and --fabric x.yaml"),
+        ({"variant": "1", "fabric": "x.yaml"}, "more than one fabric is given, --variant 1 and --fabric x.yaml"),
         ({"variant": "1", "scale": "meso", "sets": ["model.scale=macro"]}, "contradicts --scale meso"),
         ({"variant": "1", "parameters": "as-mesured"}, 'did you mean "as-measured"'),
         ({"variant": "1", "preset": "papier"}, 'did you mean "paper"'),
@@ -136,6 +128,8 @@ def test_curve_beside_the_fabric_file_becomes_absolute(tmp_path):
 def test_contradictions_and_misses_are_refused(asked, phrase):
     with pytest.raises(InputError, match=phrase):
         resolve(**asked)
+    with pytest.raises(TypeError, match="unexpected arguments: scales"):
+        resolve(variant="2", scales="macro")
 
 
 def test_directions(rig):
@@ -146,11 +140,6 @@ def test_directions(rig):
     assert planned_directions(None, None, ["rig.direction=weft"]) == ["weft"]
     with pytest.raises(InputError, match=r'rig\.yaml:1: rig\.direction = \'wrap\'.*did you mean "warp"'):
         planned_directions(None, rig("rig: {direction: wrap}"))
-
-
-def test_an_argument_that_there_is_not_is_refused():
-    with pytest.raises(TypeError, match="unexpected arguments: scales"):
-        resolve(variant="2", scales="macro")
 
 
 def test_options_state_the_fields_that_they_name():

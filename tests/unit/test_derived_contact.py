@@ -34,13 +34,11 @@ def test_the_breaking_force_of_the_loops_presses_a_contact_in_by_their_radius() 
     assert made.contact.friction_coefficient.source == made.contact.tangential_ratio.source == "assumed"
 
 
-def test_a_fabric_without_the_word_contact_has_one() -> None:
-    without = document()
-    del without["contact"]
+def test_a_fabric_has_a_contact_where_it_has_yarns_and_stated_numbers_stay() -> None:
+    without = {name: entry for name, entry in document().items() if name != "contact"}
     assert Fabric.model_validate(without).contact == fabric().contact
-
-
-def test_stated_numbers_stay() -> None:
+    none = {name: entry for name, entry in without.items() if name not in ("loop_length", "reinforcing", "knitting")}
+    assert Fabric.model_validate(none).contact is None
     stated = fabric(normal_stiffness=500, friction_coefficient=0.2)
     assert (stated.contact.normal_stiffness.value, stated.contact.friction_coefficient.value) == (500.0, 0.2)
     shipped = resolve(test="tensile", variant="1", scale="meso", preset="quick").fabric.contact
@@ -60,13 +58,6 @@ def test_weak_loops_have_the_least_stiffness_that_rubs(contact: dict[str, float]
     assert Fabric.model_validate(weak).contact.normal_stiffness.value == least
 
 
-def test_a_fabric_without_yarns_has_no_contact() -> None:
-    shells = document()
-    for name in ("loop_length", "reinforcing", "knitting", "contact"):
-        del shells[name]
-    assert Fabric.model_validate(shells).contact is None
-
-
 @pytest.mark.parametrize("contact", [5, False, 0, [], ""])
 def test_what_is_no_contact_is_refused(contact: object) -> None:
     with pytest.raises(ValidationError):
@@ -82,16 +73,10 @@ def started(*yarns: str, **contact: float) -> Fabric:
     return Fabric.model_validate(yaml.safe_load(text))
 
 
-def test_a_new_fabric_follows_the_yarn_of_its_loops() -> None:
+def test_a_new_fabric_follows_the_yarn_of_its_loops_unless_both_were_measured() -> None:
     assert started().contact.normal_stiffness.source == "derived"
     assert started("polyester 68 tex").contact.normal_stiffness.value == pytest.approx(340.73, rel=1e-4)
-
-
-def test_a_new_fabric_keeps_a_measured_stiffness_with_the_measured_yarn() -> None:
     assert started(normal_stiffness=5000.0).contact.normal_stiffness.value == 5000.0
     assert started("polyester 68 tex", normal_stiffness=5000.0).contact.normal_stiffness.source == "derived"
-
-
-def test_a_new_fabric_has_the_stiffness_that_its_run_has() -> None:
     weak = started("polyester 34 tex", tangential_ratio=0.01).contact
     assert weak.normal_stiffness.value == 1000.0 and "at least 1000 N/mm" in weak.normal_stiffness.ref

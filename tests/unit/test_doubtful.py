@@ -19,29 +19,21 @@ def said(*sets: str, variant: str = "1", scale: str = "meso", **more: str) -> li
     return doubts(resolve(variant=variant, scale=scale, sets=sets, **more))
 
 
-def test_a_slack_that_is_next_to_none_is_named_with_what_to_write():
-    assert said(f"{SLACK}warp=0.003", f"{SLACK}weft=0.0199") == [
-        f"{SLACK}warp = 0.003 % is next to none, expected 0, or at least 0.02 %: if it is a fraction, write 0.3",
-        f"{SLACK}weft = 0.0199 % is next to none, expected 0, or at least 0.02 %: if it is a fraction, write 1.99",
-    ]
-
-
-def test_a_draw_in_that_is_next_to_none_is_named_with_what_to_write():
-    assert said("fabric.knitting.draw_in=0.02") == [
-        "fabric.knitting.draw_in = 0.02 % is next to none, expected 0, or at least 0.1 %: if it is a fraction, write 2"
-    ]
-
-
 @pytest.mark.parametrize(
-    "given", [f"{SLACK}warp=0", f"{SLACK}warp=0.02", "fabric.knitting.draw_in=0", "fabric.knitting.draw_in=0.1"]
+    ("field", "value", "least"),
+    [(f"{SLACK}warp", 0.003, 0.02), (f"{SLACK}weft", 0.0199, 0.02), ("fabric.knitting.draw_in", 0.02, 0.1)],
 )
-def test_a_slack_a_draw_in_or_none_is_not_named(given):
-    assert said(given) == []
+def test_a_slack_or_draw_in_that_is_next_to_none_is_named_with_what_to_write(field, value, least):
+    assert said(f"{field}={value}") == [
+        f"{field} = {value:g} % has no effect, expected 0 or at least {least} %: if it is a fraction, write "
+        f"{100 * value:g}"
+    ]
+    assert said(f"{field}=0") == said(f"{field}={least}") == []
 
 
 def test_shells_have_no_slack_but_a_number_they_do_not_read():
     (only,) = said(f"{SLACK}warp=0.003", scale="macro")
-    assert only.startswith(f"shells do not read {SLACK}warp, changed from pham2019-v1")
+    assert only.startswith(f"the macro model does not use {SLACK}warp, changed from pham2019-v1")
 
 
 @pytest.mark.parametrize("fabric", sorted((configs_dir() / "fabrics").glob("pham*.yaml")), ids=lambda path: path.stem)
@@ -55,8 +47,8 @@ def test_a_thickness_that_the_yarns_do_not_make_is_named(scale):
     """Two inlays of 0.75 mm and two loop yarns of 0.5 mm make 2.5 mm."""
     sets = ["fabric.thickness={value: 0.9, source: measured}"]
     assert doubts(resolve(variant="1", scale=scale, sets=sets)) == [
-        "fabric.thickness = 0.9 mm (measured), but two inlays and two loop yarns make 2.5 mm, expected 1.75 to 3.5 mm: "
-        "correct it or beam_diameter of the yarns"
+        "fabric.thickness = 0.9 mm (measured), expected 1.75 to 3.5 mm: two inlays and two knitting yarns make 2.5 mm. "
+        "Correct thickness or beam_diameter of the yarns"
     ]
     assert doubts(resolve(variant="1", scale=scale, sets=["fabric.thickness={value: 1.8, source: measured}"])) == []
 
@@ -69,8 +61,8 @@ def test_a_thickness_that_the_yarns_do_not_make_is_named(scale):
         ("macro", "macro.shear.unloading_stiffness=2", "macro.shear.unloading_stiffness", "friction_share is 0"),
         ("meso", "reinforcing.law.toe_strain=0.3", "reinforcing.law.toe_strain", "kind is linear"),
         ("meso", "knitting.law={points: [[0, 0], [3, 100]]}", "knitting.law.points", "kind is linear"),
-        ("meso", "thickness=2.1", "thickness", "at the meso scale the diameters of the yarns count"),
-        ("meso", "area_mass=800", "area_mass", "at the meso scale the linear densities of the yarns count"),
+        ("meso", "thickness=2.1", "thickness", "the meso scale uses the diameters of the yarns"),
+        ("meso", "area_mass=800", "area_mass", "the meso scale uses the linear densities of the yarns"),
     ],
 )
 def test_a_number_that_another_choice_switches_off_is_named(scale, setting, field, reason):

@@ -42,7 +42,7 @@ def test_relax_prints_the_cell_and_keeps_it() -> None:
     assert "measured 2.22 ± 0.08 mm" in rows["thickness"]
     assert rows["Munden's Kc, Ks"].startswith("4.03, 16.3 (relaxed")  # 14.4 / 3.571, and 14.4 / 3.571 of that
     assert rows["time"] == "from the cache"
-    assert Path(rows["kept in"]).is_file()
+    assert Path(rows["stored in"]).is_file()
     assert "relaxing geometry" in first.stderr and not second.stderr
 
 

@@ -71,11 +71,7 @@ def test_converts_with_the_unit_of_its_field(model: type[Strict], name: str, fou
     value = getattr(model.model_construct(**{found.field: sample(field.annotation)}), name)
     pair = isinstance(value, Directed)
     assert value == pytest.approx((3.0 * factor, 7.0 * factor) if pair else 3.0 * factor, rel=1e-15, abs=0.0)
-
-
-@pytest.mark.parametrize(("model", "name", "found"), ALL, ids=[f"{m.__name__}.{n}" for m, n, _ in ALL])
-def test_says_whether_its_field_holds_one_number_two_or_none(model: type[Strict], name: str, found: Kernel) -> None:
-    annotation = model.model_fields[found.field].annotation
+    annotation = field.annotation
     (kernel,) = get_args(model.__annotations__[name])
     (declared,) = get_args(kernel)
     optional, pair = type(None) in get_args(annotation), PerDirection in (annotation, *get_args(annotation))

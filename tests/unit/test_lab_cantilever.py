@@ -169,7 +169,7 @@ def test_a_mass_that_no_assumed_yarns_make_starts_a_fabric_of_shells(tmp_path, m
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     fabric = resolve(scale="macro", variant="mine").fabric
     assert fabric.area_mass.value == 250.0 and all(getattr(fabric, name) is None for name in YARN_LEVEL)
-    assert "Yarns of pham2019-v1 cannot make this area mass" in Path("configs/mine.yaml").read_text()
+    assert "The yarns of pham2019-v1 do not fit this area mass" in Path("configs/mine.yaml").read_text()
 
 
 def test_check_shows_the_imported_mass_beside_another_one(tmp_path, monkeypatch):

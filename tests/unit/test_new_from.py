@@ -135,7 +135,7 @@ def test_a_part_that_is_none_is_refused_with_its_line(imported, capsys, old, new
 @pytest.mark.parametrize(
     ("folder", "phrase"),
     [
-        ("data", "no fabric.yaml in it; knittest data import"),
+        ("data", "it has no fabric.yaml: write it by knittest data import"),
         ("nowhere", "expected the folder that knittest data import wrote"),
     ],
 )

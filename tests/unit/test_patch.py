@@ -110,7 +110,7 @@ def test_a_disc_is_that_of_all_crossings():
 @pytest.mark.parametrize(
     ("patch", "message"),
     [("{}", "either radius or compaction"),
-     ("{radius: {inlay_inlay: 1.3, inlay_loop: 0.5, loop_loop: 0.5}}", "patches overlap beyond 1.22 mm"),
+     ("{radius: {inlay_inlay: 1.3, inlay_loop: 0.5, loop_loop: 0.5}}", "must be at most 1.22 mm"),
      ("{radius: {inlay_inlay: 0.5, inlay_loop: 0.5}}", "loop_loop"),
      ("{compaction: {exponent: 2, reinforcing: 5, knitting: 2}}", "exponent = 2: expected 1 or 3"),
      ("{compaction: {reinforcing: 0, knitting: 2}}", "must be greater than 0 MPa"),

@@ -54,7 +54,7 @@ def test_fields_of_many_elements_are_pixels_in_a_vector_picture(points, pixels):
 @pytest.mark.parametrize(
     ("formats", "dpi", "words"),
     [
-        ("svg,tiff", None, "tiff is no format of pictures; expected some of png,svg,pdf"),
+        ("svg,tiff", None, "unknown picture format tiff; expected png,svg,pdf"),
         (None, 10, "--dpi 10: expected 50 to 1200"),
     ],
 )

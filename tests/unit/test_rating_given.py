@@ -141,7 +141,7 @@ def test_compare_names_the_limits_that_a_run_was_let_pass_by(strip, tmp_path):
     result = CliRunner().invoke(cli, ["compare", str(folder), "--against", str(mine), "--json"])
     said = "solver.max_kinetic_ratio = 50 %, looser than the preset's 5 %"
     assert json.loads(result.stdout)["looser_limits"] == [said]
-    assert f"limits of the run that --accept-limits let pass: {said}" in result.stderr
+    assert f"limits accepted by --accept-limits: {said}" in result.stderr
 
 
 @pytest.mark.parametrize(

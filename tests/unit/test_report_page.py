@@ -63,7 +63,7 @@ def test_results_stand_beside_the_experiment_with_deviation_and_kind(tensile: tu
     assert rows["peak force [N]"][4] == "tuned"
     metrics = dict(tables[f"The curve against {METRICS['judged_against']} (reconstructed)"])
     assert metrics["peak force off"] == "-2.625 %"
-    assert "Tuned: a parameter was fitted to this row" in page.text()
+    assert "Tuned: a model parameter was fitted to" in page.text()
     assert "Predicted:" not in page.text(page.section("run-1-results"))
 
 

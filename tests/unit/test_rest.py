@@ -61,26 +61,26 @@ def test_numbers_rows_and_the_line_say_the_same():
     assert numbers["out_of_balance_pct"] == pytest.approx(0.4) and numbers["draw_in_pct"] == 1.0
     rows = dict(rest_rows(numbers))
     assert rows["mean normal force of crossings"] == "knit-knit 0.1, warp-weft 0.4 N"
-    assert rows["Munden's Kc"] == "4.00 (relaxed plain knits 5 to 5.3)"
-    assert rows["out of balance"] == "0.4 % of the contact forces"
-    assert rest_line(numbers) == "loops 0.2 N, 2.20 mm thick, out of balance 0.4 %"
+    assert rows["Munden's Kc"] == "4.00 (relaxed plain knits: 5 to 5.3)"
+    assert rows["residual contact-force imbalance"] == "0.4 %"
+    assert rest_line(numbers) == "thickness 2.20 mm, loop tension 0.2 N"
 
 
 @pytest.mark.parametrize(("share", "creeps"), [(0.029, False), (0.031, True)])
 def test_yarns_that_still_creep_say_what_of_their_rest_is_not_to_be_read(share, creeps):
     numbers = rest_numbers(Rest(0.1, 2.0, share), 4.0, 16.0)
-    told = dict(rest_rows(numbers))["out of balance"]
-    assert told.startswith(f"{100.0 * share:.2g} % of the contact forces")
-    assert ("tension and crossings stated here may be off by a tenth" in told) == creeps
-    assert rest_line(numbers).endswith("% (yarns still creep: the tension may be off by a tenth or more)") == creeps
+    told = dict(rest_rows(numbers))["residual contact-force imbalance"]
+    assert told.startswith(f"{100.0 * share:.2g} %")
+    assert ("loop tension and forces of crossings are accurate to about 10 %" in told) == creeps
+    assert rest_line(numbers).endswith("N (accurate to about 10 %)") == creeps
 
 
 def test_what_was_not_settled_says_so_and_no_draw_in_is_none():
     numbers = rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)
     rows = dict(rest_rows(json.loads(json.dumps(numbers).replace("NaN", "null"))))
-    assert rows["out of balance"] == "not settled: yarns start free of force"
-    assert rest_line(rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)).endswith("thick, not settled")
-    assert "loops drawn in by" not in rows and "mean normal force of crossings" not in rows
+    assert rows["residual contact-force imbalance"] == "not computed: yarns start without contact forces"
+    assert rest_line(rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)).endswith("N (equilibrium not computed)")
+    assert "loop shortening" not in rows and "mean normal force of crossings" not in rows
 
 
 def test_an_ensemble_has_the_names_of_all_and_shows_means():

@@ -249,7 +249,7 @@ def test_state_of_rest_of_yarns_is_one_line_under_the_table() -> None:
     out = io.StringIO()
     print_results([weft(rest=rest), weft()], out)
     (line,) = [line for line in out.getvalue().splitlines() if "at rest" in line]
-    assert line == "yarns at rest, weft: loops 0.2 N, 2.20 mm thick, out of balance 0.5 %"
+    assert line == "yarns at rest, weft: thickness 2.20 mm, loop tension 0.2 N"
     assert len(line) <= 80
 
 
@@ -309,7 +309,7 @@ def test_columns_that_would_be_empty_are_one_line(monkeypatch: pytest.MonkeyPatc
             ["direction", "quantity", "simulated"] if stream.isatty() is False else ["quantity", "simulated"],
             [*(["weft"] if stream.isatty() is False else []), "peak", "force", "[N]", "8300"],
         ]  # fmt: skip
-        assert "no reference: nothing was measured" in stream.getvalue()
+        assert "no reference: there is no measurement" in stream.getvalue()
     out = io.StringIO()
     print_results([weft(quality(("kinetic energy 9 %",)))], out)
     assert out.getvalue().splitlines()[0].split() == ["direction", "quantity", "simulated", "verdict"]

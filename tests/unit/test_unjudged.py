@@ -22,8 +22,10 @@ def history(first_failure: int | None) -> History:
 def test_a_peak_beyond_the_first_failure_is_found_where_the_energies_have_it():
     found = peaks_beyond([history(7)], "strain_pct", [1.3])
     assert found == {"specimens": 1, "first_failure_pct": [0.875], "peak_pct": [1.3]}
-    told = "gates judged up to the first failure, at 0.88 % strain; the peak lies beyond it, at 1.30 %"
-    assert unjudged_note(found) == told
+    assert unjudged_note(found) == (
+        "Quality checks cover the run up to the first yarn failure (0.88 % strain). The peak force comes later "
+        "(1.30 %) and is not checked"
+    )
 
 
 @pytest.mark.parametrize(("failure", "peak"), [(None, 1.3), (13, 1.625), (14, 1.3)])
@@ -35,8 +37,8 @@ def test_nothing_is_said_of_a_peak_that_is_judged(failure, peak):
 def test_of_an_ensemble_those_that_lie_beyond_are_counted():
     found = peaks_beyond([history(7), history(None), history(9)], "strain_pct", [1.3, 1.2, 1.45])
     assert unjudged_note(found) == (
-        "gates judged up to the first failure, at 0.88 to 1.12 % strain; the peaks of 2 of 3 specimens lie beyond it, "
-        "at 1.30 to 1.45 %"
+        "Quality checks cover the run up to the first yarn failure (0.88 to 1.12 % strain). The peak forces of 2 of 3 "
+        "specimens come later (1.30 to 1.45 %) and are not checked"
     )
 
 
@@ -52,7 +54,7 @@ def test_the_page_says_it_beside_the_results(tmp_path):
     assert not any("first failure" in text for text in texts)
     summary.write_text(summary.read_text().replace("{", beyond, 1))
     texts = [block.text for block in results(load_run(path)).blocks if hasattr(block, "text")]
-    assert any(text.startswith("Gates judged up to the first failure, at 0.85 %") for text in texts)
+    assert any(text.startswith("Quality checks cover the run up to the first yarn failure (0.85 %") for text in texts)
 
 
 def test_strips_name_the_result_that_says_where_their_peak_lies():

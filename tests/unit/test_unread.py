@@ -21,8 +21,9 @@ def note(*sets: str, **more) -> str:
 
 def test_densities_of_shells_are_named_with_what_to_do():
     assert note("fabric.warp_density=26", "fabric.weft_density=27") == (
-        "shells do not read fabric.warp_density, fabric.weft_density, changed from pham2019-v1, whose card they have "
-        "(fabric.macro): knittest homogenise makes a card of these yarns, --scale meso models them"
+        "the macro model does not use fabric.warp_density, fabric.weft_density, changed from pham2019-v1, whose "
+        "material card (fabric.macro) it has: derive a card from these yarns by knittest homogenise, or use --scale "
+        "meso"
     )
     assert "fabric.contact.friction_coefficient" in note("fabric.contact.friction_coefficient=0.1")
 
@@ -34,7 +35,8 @@ def test_nothing_is_said_where_all_is_read(sets):
 
 def test_yarns_do_not_read_the_card():
     bent = note("fabric.macro.bending_stiffness.warp=9", scale="meso")
-    assert bent == "yarns do not read fabric.macro.bending_stiffness.warp, changed from pham2019-v1: --scale macro does"
+    changed = "fabric.macro.bending_stiffness.warp, changed from pham2019-v1"
+    assert bent == f"the meso model does not use {changed}: use --scale macro"
     assert note("fabric.warp_density=26", scale="meso") == ""
 
 
@@ -71,7 +73,7 @@ def test_a_fabric_started_from_a_shipped_one_is_compared_with_it(tmp_path):
     assert note(**own) == ""
     changed = text.replace("warp_density: {value: 28.0", "warp_density: {value: 26.0")
     path.write_text(changed)
-    assert note(**own).startswith("shells do not read fabric.warp_density, changed from pham2019-v1")
+    assert note(**own).startswith("the macro model does not use fabric.warp_density, changed from pham2019-v1")
     assert note(**own, scale="meso") == ""
     assert note(*OWN_CARD, **own) == ""
 

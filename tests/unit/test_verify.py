@@ -87,7 +87,7 @@ def test_a_repeat_without_result_leaves_no_error_but_its_reason(
     peak = outcome.summary["numerical_error"]["peak_force_n"]
     assert peak["error"] is None and peak["reason"] == reason
     row = result_rows(outcome.summary, refused=False)[0]
-    assert row.simulated == "5666" and row.verdict == "within 1 sd, numerical error not known"
+    assert row.simulated == "5666" and row.verdict == "within 1 sd, numerical error unknown"
     assert any(reason in line for line in error_lines([outcome]))
     text = HtmlPage(tmp_path / "r" / "report.html").text()
     assert "not available" in text and reason in text

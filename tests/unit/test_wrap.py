@@ -131,21 +131,21 @@ def rest_of(found: float) -> Rest:
 def test_rows_and_the_line_say_it_and_what_helps_where_loops_snap(found: float, shown: str, close: bool):
     numbers = rest_numbers(rest_of(found), 4.0, 16.3, 0.01)
     assert numbers["loop_wrap"] == found
-    told = dict(rest_rows(numbers))["loops wrap to"]
-    assert told.startswith(f"{shown} (1: straight and square, 0: closest points split)")
-    assert ("below 0.05 a quarter of sheared cells snap" in told) == close
-    assert told.endswith("take less draw-in or a longer loop") == close
-    assert rest_line(numbers) == f"loops 0.2 N, wrap {shown}, 2.20 mm thick, out of balance 0.4 %"
+    told = dict(rest_rows(numbers))["loop wrap ratio"]
+    assert told.startswith(f"{shown} (1: straight yarns crossing at a right angle; 0: contact point not unique)")
+    assert ("below 0.05 the contact points of loops jump" in told) == close
+    assert told.endswith("use less loop shortening (draw_in) or a longer loop") == close
+    assert rest_line(numbers) == "thickness 2.20 mm, loop tension 0.2 N"
 
 
 def test_rests_that_were_stored_without_it_are_still_read():
     old = {"tension": 0.2, "thickness": 2.2, "residual": 0.004, "normal_force": {"knit-knit": 0.1}}
     numbers = rest_numbers(Rest(**old), 4.0, 16.3)
-    assert "loop_wrap" not in numbers and "loops wrap to" not in dict(rest_rows(numbers))
+    assert "loop_wrap" not in numbers and "loop wrap ratio" not in dict(rest_rows(numbers))
     assert (Rest(**old).warnings, Rest(**old).advice) == ((), "")
     both = of_all([numbers, rest_numbers(rest_of(0.2), 4.0, 16.3)])
     unknown = json.loads(json.dumps(both[0]).replace("NaN", "null"))
-    assert dict(rest_rows(unknown))["loops wrap to"] == "unknown" and "wrap" not in rest_line(unknown)
+    assert dict(rest_rows(unknown))["loop wrap ratio"] == "unknown" and "wrap" not in rest_line(unknown)
 
 
 @pytest.mark.parametrize(("found", "close"), [(UNIQUE - 1e-6, True), (UNIQUE, False), (-0.02, True), (math.nan, False)])
@@ -153,7 +153,7 @@ def test_a_run_whose_loops_wrap_closely_is_warned_of_and_not_refused(found: floa
     quality = judged(replace(history(), rest=rest_of(found)))
     assert quality.failures == () and len(quality.warnings) == close
     assert not close or quality.warnings[0].startswith(
-        f"loops wrap to {found:.3g}: below 0.05 a quarter of sheared cells"
+        f"loop wrap ratio {found:.3g}: below 0.05 the contact points of loops jump"
     )
 
 
@@ -171,10 +171,8 @@ def test_loops_that_snap_are_not_sent_to_speed_or_step(column: str, advice: str)
     (usual,) = judged(replace(off, rest=rest_of(0.137))).failures
     (snapping,) = judged(replace(off, rest=rest_of(0.038))).failures
     assert advice in usual and "wrap" not in usual
-    assert (
-        "solver." not in snapping and "; loops wrap to 0.038: half the step let two of four such cells pass" in snapping
-    )
-    assert snapping.endswith("take less draw-in or a longer loop")
+    assert "solver." not in snapping and "; loop wrap ratio 0.038: half the time step made" in snapping
+    assert snapping.endswith("use less loop shortening (draw_in) or a longer loop")
 
 
 def test_what_helps_is_said_once_where_several_gates_refuse():

@@ -56,12 +56,6 @@ def test_numbers_of_a_glass_yarn_in_closed_form():
     assert {yarn.crimp.warp.source, yarn.slack.weft.source, yarn.packing.source} == {"assumed"}
 
 
-def test_free_filaments_are_the_sum_of_their_own_stiffness():
-    filaments = 0.6 / 2.55 / (math.pi * 0.013**2 / 4)
-    expected = filaments * 72.4e3 * math.pi * 0.013**4 / 64
-    assert inlay(bending_share=0.0).bending_stiffness.weft.value == pytest.approx(expected, rel=1e-12)
-
-
 def test_the_default_share_of_bending_is_that_of_the_cantilever_tests():
     """The warps of Pham et al. have 18.1 and 29.6 N mm2 (Eq. 2); their yarn is 2/3 carbon and 1/3 PA 6.6 by mass."""
     card = {"fibre": {"carbon HT": 2 / 3, "polyamide": 1 / 3}, "linear_density": 1200}
@@ -170,41 +164,30 @@ def test_mass_and_thickness_follow_from_the_yarns_unless_stated(tmp_path):
 @pytest.mark.parametrize(
     ("card", "words"),
     [
-        (
-            {"fibre": "E-glas"},
-            "reinforcing.fibre = 'E-glas': E-glas is not in the table of fibres, expected one of E-gl",
-        ),
-        ({"fibre": {"E-glass": 0.6, "polypropylene": 0.3}}, "the shares of mass add up to 0.9, expected 1"),
-        ({"fibre": {"E-glass": -1}}, "expected the name of a fibre, or names with shares of mass above 0"),
+        ({"fibre": "E-glas"}, "reinforcing.fibre = 'E-glas': unknown fibre E-glas, expected one of E-gl"),
+        ({"fibre": {"E-glass": 0.6, "polypropylene": 0.3}}, "the mass fractions add up to 0.9, expected 1"),
+        ({"fibre": {"E-glass": -1}}, "expected the name of a fibre, or names with mass fractions above 0"),
+        ({"fibre": {"E-glass": {"value": 1}}}, "expected the name of a fibre, or names with mass fractions above 0"),
         ({"linear_density": "600 den"}, "linear_density = '600 den': expected a number in tex, or plies such as 4 x"),
         ({"linear_density": None}, "linear_density: missing: mass per length of the yarn"),
         ({"linear_density": 0}, "linear_density = 0: must be greater than 0 tex"),
         ({"packing": 1.2}, "packing = 1.2: must be at most 0.907"),
         (
             {"twist": 500},
-            "twist = 500: turns the fibres of a yarn of 0.707 mm by 48 deg, expected at most 45 deg, 450.",
+            "twist = 500: gives a helix angle of 48 deg at the surface of a yarn of 0.707 mm, expected at ",
         ),
-        ({"fibre": None, "twist": 100}, "twist = 100: counts only where the card names its fibre"),
-        (
-            {"beam_diameter": 0.5},
-            "beam_diameter = 0.5: 600 tex E-glass fill 120 % of the circle, expected at most 90.7",
-        ),
+        ({"fibre": None, "twist": 100}, "twist = 100: is used only together with fibre"),
+        ({"beam_diameter": 0.5}, "the fibres of 600 tex E-glass fill 120 % of the circle, expected at most 90.7"),
         (
             {"beam_diameter": 2.0},
-            "beam_diameter = 2.0: 600 tex fill 7.5 % of the circle, expected at least 15 %, or at",
+            "the fibres of 600 tex fill 7.5 % of the circle, expected at least 15 % (at most 1.41",
         ),
-        (
-            {"youngs_modulus": 100},
-            "youngs_modulus = 100: a stiffness of 39.2 N/tex, but E-glass has 28.4 N/tex, expect",
-        ),
+        ({"youngs_modulus": 100}, "youngs_modulus = 100: the stiffness per mass is 39.2 N/tex, expected 2.84 to 35.5"),
         (
             {"fracture_strain": 6.5},
-            "fracture_strain = 6.5: a strength of 1.85 N/tex, but E-glass has 1.35 N/tex, expec",
+            "fracture_strain = 6.5: the strength per mass is 1.85 N/tex, expected 0.0271 to 1.69",
         ),
-        (
-            {"load_area": 0.3},
-            "load_area = 0.3: more than all fibres of 600 tex E-glass have at 2.55 g/cm3, expected at",
-        ),
+        ({"load_area": 0.3}, "load_area = 0.3: exceeds the fibre area of 600 tex E-glass, 0.235 mm2"),
     ],
 )
 def test_cards_that_contradict_themselves_are_refused_with_the_field(tmp_path, card, words):
@@ -219,36 +202,33 @@ def test_cards_that_contradict_themselves_are_refused_with_the_field(tmp_path, c
 
 
 @pytest.mark.parametrize(
-    ("sets", "words"),
+    ("setting", "words"),
     [
+        (f"{INLAY}load_area=0.0784", "1200 tex on 0.0784 mm2 are 15.3 g/cm3, expected 0.3 to 9 g/cm3 (0.133 to 4 mm2)"),
         (
-            ["load_area=0.0784"],
-            "1200 tex over 0.0784 mm2 are 15.3 g/cm3, expected at most 9 g/cm3, or at least 0.133 mm2",
+            f"{INLAY}beam_diameter=0.075",
+            "1200 tex in the circle are 272 g/cm3, expected at most 9 g/cm3 (at least 0.412",
         ),
+        (f"{INLAY}youngs_modulus=700", "the stiffness per mass is 457 N/tex, expected at most 450 N/tex"),
         (
-            ["beam_diameter=0.075"],
-            "1200 tex in the circle are 272 g/cm3, expected at most 9 g/cm3, or at least 0.412 mm",
+            "fabric.loop_length=40",
+            "loop_length = 40: implausible at these densities and diameters, expected at most 35.7",
         ),
-        (["youngs_modulus=700"], "makes 457 N/tex at linear_density = 1200 tex, expected at most 450 N/tex"),
     ],
 )
-def test_yarns_denser_or_stiffer_than_matter_are_refused(sets, words):
+def test_impossible_yarns_and_loops_are_refused(setting, words):
     with pytest.raises(InputError, match=re.escape(words)):
-        resolve(variant="1", parameters="as-measured", sets=[INLAY + one for one in sets])
+        resolve(variant="1", parameters="as-measured", sets=[setting])
 
 
 def test_loops_of_35_tex_do_not_fill_a_circle_of_half_a_millimetre():
     """35 tex of polyester are 0.0254 mm2, 13 % of the circle."""
     loops = [f"fabric.knitting.{one}" for one in ("linear_density=35", "load_area=0.0254", "bending_stiffness=0.01")]
-    with pytest.raises(InputError, match=r"knitting.beam_diameter = 0.5: 35 tex fill 13 % .* at most 0.464 mm"):
+    with pytest.raises(
+        InputError, match=r"knitting.beam_diameter = 0.5: the fibres of 35 tex fill 13 % .*at most 0.464 mm"
+    ):
         resolve(variant="1", sets=loops)
     assert resolve(variant="1", sets=[*loops, "fabric.knitting.beam_diameter=0.23"])
-
-
-def test_a_loop_many_times_as_long_as_its_cell_is_refused():
-    resolve(variant="1", sets=["fabric.loop_length=30"])
-    with pytest.raises(InputError, match=r"loop_length = 40: implausible at these densities .* at most 35.7 mm"):
-        resolve(variant="1", sets=["fabric.loop_length=40"])
 
 
 @pytest.mark.parametrize(("name", "row"), list(fibres().items()), ids=list(fibres()))
@@ -298,7 +278,9 @@ def test_a_new_fabric_of_two_data_sheets_and_what_check_says_of_it(tmp_path, mon
     assert run(check) == 0
     said = capsys.readouterr().out
     printed = PAGE[PAGE.index("derived from the yarns:") :].split("```")[0].strip().splitlines()
-    assert all(line in said for line in printed) and len(printed) == 9
+    ends = [(line.strip().split(":")[0], line.rpartition(" = ")[2]) for line in printed]
+    shown = {line.strip().split(":")[0]: line.rpartition(" = ")[2] for line in said.splitlines()}
+    assert len(ends) == 9 and all(shown[name] == end for name, end in ends[1:])
     assert re.search(r"; \d taken over from pham2019-v1 on both sides, which confirms nothing", said)
     assert not re.search(r"assumed .* agrees .* bundle of the yarns", said)
     assert run([*check, "--json", "--set", f"{INLAY}youngs_modulus=60", "--set", f"{INLAY}beam_diameter=0.8"]) == 0
@@ -314,7 +296,7 @@ def test_a_new_fabric_of_two_data_sheets_and_what_check_says_of_it(tmp_path, mon
     ("text", "words"),
     [
         ("600 tex", 'expected a fibre and its linear density, such as "E-glass 600 tex"'),
-        ("E-glas 600", "--reinforcing 'E-glas 600': fibre = 'E-glas': E-glas is not in the table"),
+        ("E-glas 600", "--reinforcing 'E-glas 600': fibre = 'E-glas': unknown fibre E-glas"),
         ("{fibre: E-glass, linear_density: 600, packing: 3}", "packing = 3: must be at most 0.907"),
         ("{fibre: E-glass", "--reinforcing"),
     ],

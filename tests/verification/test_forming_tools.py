@@ -166,10 +166,10 @@ def test_picture_of_tools(dome, tmp_path):
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
-        ({"stem_width": 200.0}, "stem_width: must be at most the bar's length"),
+        ({"stem_width": 200.0}, "stem_width: must be at most bar_length"),
         ({"outer_corner_radius": 26.0}, "outer_corner_radius: must be at most half"),
         ({"inner_corner_radius": 39.0}, "inner_corner_radius: must be at most 38 mm"),
-        ({"edge_radius": 13.0}, "edge_radius: reaches .* outer_corner_radius"),
+        ({"edge_radius": 13.0}, "edge_radius: the rounding reaches .* outer_corner_radius"),
         ({"edge_radius": 25.5, "outer_corner_radius": 25.0}, "edge_radius: .*flat bottom"),
     ],
 )

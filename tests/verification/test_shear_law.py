@@ -204,9 +204,9 @@ def test_bad_shear_curves_are_refused(given, says):
         ("rig.turns=[60, 30]", "between 0 and max_angle"),
         ("fabric.macro.shear.points=[[0, 0], [20, 1], [10, 2]]", "must rise strictly"),
         ("fabric.macro.shear.points=[[5, 0], [20, 1]]", "the first .0, 0"),
-        ("fabric.macro.shear.source=null", "where does the table come from"),
+        ("fabric.macro.shear.source=null", "origin of the table"),
         ("fabric.macro.shear.friction_share=1.5", "must be at most 1"),
-        ("fabric.macro.shear.curve=nowhere.csv", "a curve .CSV. or points"),
+        ("fabric.macro.shear.curve=nowhere.csv", "either curve .a CSV. or points"),
         ("fabric.macro.shear.kind=linear", "stiffness: missing"),
     ],
 )
