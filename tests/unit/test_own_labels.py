@@ -9,8 +9,10 @@ from report_sample import write_run
 from knittest.config.loading import resolve
 from knittest.config.starting import fabric_template, taken_over
 from knittest.experiment.curves import ReferenceCurve
-from knittest.laboratory.report_base import REPORTS
+from knittest.laboratory import strips
+from knittest.laboratory.report_base import REPORTS, run_stamp, title_of
 from knittest.report_page.page import write_report, write_reports
+from knittest.solve.state import Observer
 
 TABLE = """variant,direction,quantity,mean,sd,n,unit,table
 mine,,strip_width_mm,100,,,mm,strips of mine
