@@ -156,8 +156,8 @@ LEFT_OUT = 0.1
 #: kinds of references that nothing is rated against, and why
 UNRATED = {
     "reconstructed": "the shape of the reference is reconstructed, not measured",
-    "input": "the model was given the reference, or returns what it was made of",
-    "tuned": "the model was tuned on the reference, or chosen with it in view",
+    "input": "the reference is an input of the model, which only returns it",
+    "tuned": "a model parameter was fitted to the reference or selected with it",
 }
 #: errors of a curve by their keys, and what they are called; one of a pull is a level, where its peak lies is chance
 ERRORS = {
@@ -314,9 +314,10 @@ def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str
     for name, (a, _) in curves.items():
         left_out = 1.0 - max(common, 0.0) / (ends[name] - a[0]) if ends[name] > a[0] else 1.0
         if left_out > LEFT_OUT:
-            told = f"the common range leaves out {100.0 * left_out:.0f} % of the {name} curve"
+            limit = f"(limit {100.0 * LEFT_OUT:g} %)"
+            outside = f"{100.0 * left_out:.0f} % of the {name} curve is outside the common range {limit}"
             longer = reach and name == "reference" and ends[name] > x[-1]
-            return f"{told}: --set {reach}={ends[name]:.4g} would reach its end" if longer else told
+            return f"{outside}; rerun with --set {reach}={ends[name]:.4g}" if longer else outside
     return ""
 
 
@@ -376,7 +377,7 @@ def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
         if not np.ptp(values) > 0.0:
             return f"the {name} curve is constant"
     if min(x[-1], reference.x[-1]) <= max(x[0], reference.x[0]):
-        return "the curves share no range"
+        return "the curves have no common range"
     return _other_units(x, y, reference)
 
 
@@ -395,6 +396,6 @@ def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str
             unit = UNITS.get(name, "")
             guess = likely_unit(measured, unit, (simulated / 5.0, simulated * 5.0))
             found.append(
-                f"{name} at the peak is {measured:g} {unit} in the reference{guess}, {simulated:.4g} simulated"
+                f"{name} at the peak is {measured:g} {unit} in the reference{guess}, {simulated:.4g} in the run"
             )
-    return f"in other units? {'; '.join(found)}" if found else ""
+    return f"the units seem to differ: {'; '.join(found)}" if found else ""

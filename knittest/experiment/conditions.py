@@ -82,8 +82,8 @@ def checked(conditions: Conditions, where: str) -> Conditions:
     frame, fabric = conditions.frame_side_mm, conditions.fabric_side_mm
     if frame is not None and fabric is not None and fabric > frame * (1.0 + SAME):
         raise InputError(
-            f"{where}: fabric_side_mm: {fabric:g} is larger than frame_side_mm: {frame:g}; the frame holds the fabric: "
-            "expected the side between the hinges, and the side of the sheared square"
+            f"{where}: fabric_side_mm: {fabric:g} is larger than frame_side_mm: {frame:g}; state the distance of the "
+            "hinges as the frame side, and the side of the sheared square as the fabric side"
         )
     return conditions
 
@@ -102,7 +102,9 @@ def agreed(stated: Conditions, given: Conditions, where: str) -> Conditions:
         if field.name in SIZES:
             SIZES[field.name].plausible(other, option)
         if one not in (None, "") and not same(one, other):
-            raise InputError(f"{where}: its header says {field.name}: {one}, {option} says {other}")
+            raise InputError(
+                f"{where}: the header states {field.name}: {one}, but {option} is {other}; correct one of them"
+            )
         found[field.name] = other if one in (None, "") else one
     return checked(replace(stated, **found), where)
 

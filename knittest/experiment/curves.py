@@ -39,7 +39,7 @@ def read_shear(path: Path) -> tuple[Array, Array, str] | None:
     line, names = rows[head]
     force = next((name for name in FORCES if name in names), None)
     if force is None:
-        raise InputError(f"{path}:{line}: beside {ANGLE}: expected one of the columns {', '.join(FORCES)}")
+        raise InputError(f"{path}:{line}: {ANGLE} needs a column of force; expected one of {', '.join(FORCES)}")
     body = rows[head + 1 :]
     mark = decimal_mark(path, [cell for _, cells in body for cell in cells])
     columns = names.index(ANGLE), names.index(force)
@@ -51,7 +51,7 @@ def read_shear(path: Path) -> tuple[Array, Array, str] | None:
     falls = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
     if len(falls):
         raise InputError(
-            f"{path}:{body[falls[0] + 1][0]}: {ANGLE} must rise from row to row: give the first loading alone"
+            f"{path}:{body[falls[0] + 1][0]}: {ANGLE} must rise from row to row; keep only the first loading"
         )
     return values[:, 0], values[:, 1], force
 
@@ -61,7 +61,7 @@ Notes = dict[str, tuple[str, str]]
 MAX_BYTES = 10_000_000
 #: columns of a tensile force: of the whole strip, and per width
 FORCE, FORCE_PER_WIDTH = "force_n", "force_n_per_mm"
-TAKEN = "the file has no '# kind:' line: taken as measured"
+TAKEN = "the file has no '# kind:' line and counts as measured"
 
 
 @dataclass(frozen=True)
@@ -145,7 +145,7 @@ def _notes(path: Path, lines: list[str]) -> Notes:
         if line.startswith("#"):
             key, _, value = (part.strip() for part in line[1:].partition(":"))
             if key in notes and key in (*SIZES, "test", "direction") and notes[key][0] != value:
-                raise InputError(f"{path}:{number}: # {key}: {value}; {notes[key][1]} says {notes[key][0]}")
+                raise InputError(f"{path}:{number}: # {key}: {value}, but {notes[key][1]} states {notes[key][0]}")
             notes[key] = value, f"{path}:{number}"
     return notes
 
@@ -176,7 +176,7 @@ def _plain(path: Path, conditions: Conditions) -> ReferenceCurve:
     sizes = {what.key: size for what in (WIDTH, GAUGE) if (size := getattr(conditions, what.key)) is not None}
     specimens = read_strips(path, Given(sizes=sizes))
     if len(specimens) > 1:
-        raise InputError(f"{path}: {len(specimens)} specimens; knittest data import makes one curve of them")
+        raise InputError(f"{path}: {len(specimens)} specimens; average them with knittest data import first")
     (one,) = specimens
     found = replace(_named(conditions, one.said), strip_width_mm=one.width, gauge_length_mm=one.gauge)
     return ReferenceCurve(
@@ -197,7 +197,7 @@ def _stated_peak(path: Path, notes: Notes, y_name: str, conditions: Conditions) 
     width = conditions.strip_width_mm
     if width is None:
         where = notes[name][1]
-        raise InputError(f"{where}: # {name} beside a column {y_name}: expected a line '# strip_width_mm: ...'")
+        raise InputError(f"{where}: # {name} with a column {y_name} needs a line '# strip_width_mm: ...'")
     return strain, force / width if name == "peak_force_n" else force * width
 
 
@@ -227,8 +227,8 @@ def per_width(curve: ReferenceCurve) -> ReferenceCurve:
     width = curve.conditions.strip_width_mm
     if width is None:
         raise InputError(
-            f"{curve.file}: {FORCE} of a strip of unknown width: expected a line '# strip_width_mm: ...' in its header "
-            f"(knittest data import --width writes it; knittest compare has --width), or a column {FORCE_PER_WIDTH}"
+            f"{curve.file}: the strip width of {FORCE} is unknown; add a line '# strip_width_mm: ...' to the header "
+            f"(knittest data import --width writes it), give compare --width, or use a column {FORCE_PER_WIDTH}"
         )
     return _divided(curve, width, FORCE_PER_WIDTH)
 
@@ -241,8 +241,8 @@ def for_width(curve: ReferenceCurve, width: float) -> ReferenceCurve:
     own = curve.conditions.strip_width_mm
     scaled = _divided(per_width(curve), 1.0 / width, FORCE)
     if own is None:
-        return noted(scaled, f"given per width, for {width:g} mm")
-    return scaled if math.isclose(own, width, rel_tol=EXACT) else noted(scaled, f"for {width:g} instead of {own:g} mm")
+        return noted(scaled, f"given per width, scaled to {width:g} mm")
+    return scaled if math.isclose(own, width, rel_tol=EXACT) else noted(scaled, f"scaled from {own:g} to {width:g} mm")
 
 
 def normalised(curve: ReferenceCurve) -> ReferenceCurve:
@@ -256,13 +256,13 @@ def normalised(curve: ReferenceCurve) -> ReferenceCurve:
         sides = {"fabric_side_mm": fabric, "frame_side_mm": frame}
         missing = " and ".join(f"'# {name}: ...'" for name, side in sides.items() if side is None)
         raise InputError(
-            f"{curve.file or curve.source}: {curve.y_name} of a frame: expected a column {NORMALISED}, or {FORCE} of "
-            f"the crosshead and in the header {missing or 'both sides'} (options --fabric-side, --frame-side)"
+            f"{curve.file or curve.source}: {curve.y_name} of a frame cannot be normalised; use {NORMALISED}, or the "
+            f"crosshead {FORCE} with {missing or 'both sides'} in the header (options --fabric-side, --frame-side)"
         )
     angle = np.deg2rad(curve.x)
     force = normalised_force(curve.mean, angle, fabric, frame)
     sd = None if curve.sd is None else normalised_force(curve.sd, angle, fabric, frame)
-    note = f"normalised by its own sides, fabric {fabric:g} mm in a frame of {frame:g} mm"
+    note = f"normalised with the tested sides, fabric {fabric:g} mm and frame {frame:g} mm"
     return noted(replace(curve, mean=force, sd=sd, y_name=NORMALISED), note)
 
 

@@ -52,11 +52,6 @@ class Condition:
     bounds: str = ""
 
     @property
-    def one(self) -> str:
-        """Name with its article."""
-        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
-
-    @property
     def units(self) -> Mapping[str, float]:
         """Factors of the units that a file may state it in to its own."""
         return next(units for units in lab_units.QUANTITIES.values() if self.unit in units)
@@ -100,7 +95,7 @@ CROSSING_DENSITY = Condition(
 CLAMPED_EDGES = Condition("clamped_edges", "number of clamped edges", "", "1")
 SLID_PITCHES = Condition("slid_pitches", "number of pitches slid", "", "1")
 CYCLES = Condition("cycles", "number of cycles", "", "1", "picture-frame", "cycles")
-CYCLE_ANGLE = Condition("cycle_angle_deg", "angle at which cycles turn", "", "deg", "picture-frame", "max_angle")
+CYCLE_ANGLE = Condition("cycle_angle_deg", "reversal angle of the cycles", "", "deg", "picture-frame", "max_angle")
 
 
 def same(one: float, other: float) -> bool:
@@ -121,14 +116,14 @@ def known(
     named = [k for k in named if tiers is None and what.names(table.names[k])]
     if len(named) not in (0, 1, table.count):
         raise InputError(
-            f"{table.where}: {len(named)} columns of a {what.name} for {table.count} specimens: expected one for each"
+            f"{table.where}: {len(named)} columns of the {what.name} for {table.count} specimens; expected one for each"
         )
     places += _in_column(what, table, named[number if len(named) > 1 else 0]) if named else []
     for value, place in places[1:]:
         if not same(value, places[0][0]):
             raise InputError(
-                f"{place}: states {what.one} of {value:g} {what.unit}, {places[0][1]} one of {places[0][0]:g} "
-                f"{what.unit}: which is it? Leave the right one in; specimens that differ go into files of their own"
+                f"{place}: {what.name} {value:g} {what.unit}, but {places[0][1]} states {places[0][0]:g} {what.unit}; "
+                "keep the right value, or put specimens of different size into separate files"
             )
     own = given.get(what.key) if tiers is None else None
     if own is None:
@@ -137,7 +132,7 @@ def known(
     for value, place in places[:1]:
         if not same(own, value):
             raise InputError(
-                f"{place}: the file states {what.one} of {value:g} {what.unit}, {what.option} says {own:g} {what.unit}"
+                f"{place}: {what.name} {value:g} {what.unit}, but {what.option} is {own:g} {what.unit}; correct one"
             )
     return own
 
@@ -160,7 +155,7 @@ def _in_column(what: Condition, table: LabTable, column: int) -> list[Place]:
         if not np.isnan(value):
             places.setdefault(float(value) * factor, f"{table.place}:{line}")
     if not places:
-        raise InputError(f"{table.where}: column {name!r} is empty: give {what.option} [{what.unit}] and leave it out")
+        raise InputError(f"{table.where}: column {name!r} is empty; remove it and give {what.option} [{what.unit}]")
     return [(what.plausible(value, f"{place}: {name}"), place) for value, place in places.items()]
 
 
@@ -205,8 +200,8 @@ def common(what: Condition, values: Sequence[float | None], specimens: Sequence[
     for value, path in zip(found, paths, strict=True):
         if abs(value - found[0]) > SERIES * found[0]:
             raise InputError(
-                f"{path}: {what.one} of {value:g} {what.unit}, {paths[0]} has {found[0]:g} {what.unit}: "
-                "import series of different sizes into folders of their own"
+                f"{path}: {what.name} {value:g} {what.unit}, but {paths[0]} has {found[0]:g} {what.unit}; "
+                "import series of different size into separate folders"
             )
     return found[0] if np.ptp(found) == 0.0 else float(np.mean(found))
 
@@ -224,8 +219,8 @@ def said_by(path: Path, head: Iterable[Row]) -> Said | None:
     """Direction by the rows of ``head``, else the file's name, else its folder's; ``None`` if none names just one."""
     places: list[tuple[str, str, Literal["row", "name", "folder"]]] = [
         *((f"{path}:{line}", " ".join(cells), "row") for line, cells in head),
-        (f"{path}: its name", path.stem, "name"),
-        (f"{path}: its folder", path.parent.name, "folder"),
+        (f"{path}: the file name", path.stem, "name"),
+        (f"{path}: the folder name", path.parent.name, "folder"),
     ]
     for where, text, by in places:
         plain = lab_units.pattern("directions", "fabric").sub(" ", lab_units.plainly(text))

@@ -78,7 +78,7 @@ class Recording:
     def travel(self) -> Array:
         """Travel [mm]; raises :class:`InputError` where the column is a strain."""
         if "travel" not in self.values:
-            raise InputError(f"{self.where}: column {self.title('strain')!r}: a strain: expected a travel [mm]")
+            raise InputError(f"{self.where}: column {self.title('strain')!r} is a strain; expected a travel [mm]")
         return self.values["travel"]
 
     def known(self, what: Condition, tiers: Sequence[int] | None = None) -> float | None:
@@ -122,7 +122,7 @@ class Recording:
             self.columns[kept], self.factors[kept] = k, factor
             self.unit = unit if role == "force" else self.unit
             if not np.isfinite(self.values[kept]).all():
-                raise InputError(f"{self.where}: no finite {role.replace('_', ' ')}")
+                raise InputError(f"{self.where}: the {role.replace('_', ' ')} is not a finite number")
         return self.origin({k: role.replace("_", " ") for role, k in self.columns.items()})
 
     def fetch(self, which: Sequence[int]) -> tuple[list[int], Array]:
@@ -132,12 +132,12 @@ class Recording:
         partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
         for line, row in (table.body[k] for k in partly):
             if len(row) <= max(which) and len(row) < 2:
-                raise InputError(f"{table.place}:{line}: '' is not a number: one cell below {len(table.names)} columns")
+                raise InputError(f"{table.place}:{line}: the row has one cell for {len(table.names)} columns")
         if len(partly):
             line, row = table.body[partly[0]]
             cell = next((row[c] for c in which if c < len(row) and not has_number(row[c])), "")
             rows = f"{len(partly)} row{'s' * (len(partly) > 1)}"
-            note = f"{rows} with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
+            note = f"{rows} with empty cells skipped, the first at {table.place}:{line}: {shown(cell)}"
         kept = np.flatnonzero(~empty.any(axis=1))
         if len(kept) < 2:
             left = f" ({note})" if note else ""
@@ -146,7 +146,7 @@ class Recording:
         if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
             raise InputError(
                 f"{table.place}:{table.body[top][0]}: specimen {self.name}: the largest {table.names[which[0]]!r} "
-                "stands in a row with an empty cell: fill it in, or leave the column out"
+                "is in a row with an empty cell; complete the row, or remove the column"
             )
         self.notes += [note] if note else []
         return [table.body[k][0] for k in kept], values[kept]
@@ -158,16 +158,13 @@ class Recording:
         quantities: list[str] = entry["quantity"]
         units = {unit: factor for quantity in quantities for unit, factor in lab_units.QUANTITIES[quantity].items()}
         if "force" in quantities and self.is_kind(column, "per_width"):
-            raise InputError(f"{where}: a force per width: expected the force of the whole strip [N]")
+            raise InputError(f"{where} is a force per width; expected the force of the whole strip [N]")
         unit = self.table.unit(column, units)
         is_strain = "strain" in quantities and self.is_kind(column, "strain")
         if not unit and (needed or is_strain or "unit" not in entry):
             quantity = "strain" if is_strain else quantities[0]
             first, *more = lab_units.QUANTITIES[quantity]
-            raise InputError(
-                f"{where}: {'an' if quantity == 'angle' else 'a'} {quantity} without a unit: write '{name} [{first}]', "
-                f"or {', '.join(more)}"
-            )
+            raise InputError(f"{where} has no unit of {quantity}; write '{name} [{first}]', or {', '.join(more)}")
         unit = unit or str(entry["unit"])
         return unit, units[unit]
 
@@ -215,9 +212,8 @@ def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> l
         if move in first and not shared:
             one, other, over = (table.names[c] for c in (first[move], k, move))
             raise InputError(
-                f"{table.where}: columns {one!r} and {other!r} are both over {over!r}: two forces of one specimen? "
-                f'Leave one out, or say which counts, --column {lead}="{one}"; of two specimens each needs '
-                "its own travel beside its force"
+                f"{table.where}: columns {one!r} and {other!r} share the column {over!r}. For one specimen, remove "
+                f'one of them or choose with --column {lead}="{one}"; for two, give each its own travel'
             )
         first[move] = k
         found.append([move, k, *(cs[at] for cs in beside)])

@@ -31,10 +31,11 @@ Tests imported with `knittest data import`; write here who tested what, where an
 
 """
 ITEMS = (
-    "{tables}: mean and sd of the results, and the conditions that they hang on. kind: measured.",
-    "`warp/`, `weft/` ({default}), {folders}: the specimens; `corridor.csv`, their mean and sd; `statistics.json`, "
-    "values and files. `tension.csv` and `shear.csv` are curves for a fabric file, from the origin on and rising.",
-    "`fabric.yaml`: what all of it says of the fabric; `knittest new NAME --from` this folder starts from it.",
+    "{tables}: mean and standard deviation of the results, and the test conditions. kind: measured.",
+    "`warp/`, `weft/` ({default}), {folders}: curves of the specimens; `corridor.csv`: their mean and standard "
+    "deviation; `statistics.json`: values and files. `tension.csv` and `shear.csv` are curves for a fabric file: they "
+    "start at the origin and rise.",
+    "`fabric.yaml`: all fabric data of these tests; `knittest new NAME --from` this folder creates a fabric from it.",
 )
 _OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|shear\.csv|statistics\.json|curves\.png")
 
@@ -165,7 +166,9 @@ def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
                 found[name] = json.loads(path.read_text(encoding="utf-8"))
                 found[name]["conditions"], found[name]["test"]
             except (OSError, ValueError, KeyError, TypeError):
-                raise InputError(f"{path}: not what knittest data import writes now: import those files anew") from None
+                raise InputError(
+                    f"{path}: not written by this version of knittest data import; import the files again"
+                ) from None
     return found
 
 
@@ -175,8 +178,8 @@ def write_results(out: Path, results: Results) -> str:
     folder = folder_name(results.test, other)
     if other and set(results.digests) & set(read_statistics(out).get(folder, {}).get("digests", ())):
         raise InputError(
-            f"--direction {results.direction}: these curves stand in {out / folder} already, imported as {other}: of "
-            f"which direction are they? Remove that folder if they are of the {results.direction}"
+            f"--direction {results.direction}: {out / folder} has the same curves, imported as {other}; remove that "
+            f"folder if they are {results.direction} tests"
         )
     inner, notes = _prepared(out, results.test, results.direction), results.notes(out)
     known = results.statistics()
@@ -200,13 +203,13 @@ def _prepared(out: Path, test: str, direction: str) -> Path:
     own = {SOURCE_FILE, FABRIC, *(name(*one) for one in _imports() for name in (folder_name, table_name))}
     for folder in (out, inner):
         if folder.exists() and not folder.is_dir():
-            raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
+            raise InputError(f"--out {out}: {folder} is a file; choose a new or empty folder")
     outside, inside = (sorted(path.name for path in f.iterdir()) if f.exists() else [] for f in (out, inner))
     strange = [name for name in outside if name not in own]
     strange += [f"{inner.name}/{n}" for n in inside if not _OWN_INSIDE.fullmatch(n) or STATISTICS not in inside]
     if strange:
         raise InputError(
-            f"--out {out}: holds {strange[0]}, which knittest data import did not write: choose a new or empty folder"
+            f"--out {out}: contains {strange[0]}, not written by knittest data import; choose a new or empty folder"
         )
     try:
         inner.mkdir(parents=True, exist_ok=True)

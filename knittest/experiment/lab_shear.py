@@ -41,19 +41,19 @@ def pulled(force: Array, sign: Sign, where: str) -> Array:
     if -bottom > OTHER * max(top, 0.0) and bottom < 0.0:
         other = "negative" if sign == "positive" else "positive"
         raise InputError(
-            f"{where}: forces from {force.max():.4g} to {force.min():.4g} N, with a pull counted as {sign}: "
-            f"compression, or the other sign? If it is a pull, give --sign {other}; else tare the force"
+            f"{where}: force from {force.max():.4g} to {force.min():.4g} N, but tension counts as {sign}; give --sign "
+            f"{other} if the test is in tension, else correct the zero of the force"
         )
     return signed
 
 
-def tared(force: Array, preload: Preload | None, where: str, beside: tuple[str, float, str] | None = None) -> Array:
-    """``force`` [N], (n,), without preload if so asked; one large ``beside`` the largest, or another, is refused."""
-    first, (name, other, what) = float(force[0]), beside or ("its largest is", float(np.abs(force).max()), "resistance")
+def tared(force: Array, preload: Preload | None, where: str, limit: tuple[str, float] | None = None) -> Array:
+    """``force`` [N], (n,), without preload if asked; rejects one that is large against the maximum, or a ``limit``."""
+    first, (name, other) = float(force[0]), limit or ("its maximum is", float(np.abs(force).max()))
     if preload is None and abs(first) > TARE * abs(other):
         raise InputError(
-            f"{where}: starts with a force of {first:.4g} N, {name} {other:.4g} N: a preload or a "
-            f"weight, which is no {what}? Give --preload subtract, or --preload keep"
+            f"{where}: the force starts at {first:.4g} N ({name} {other:.4g} N, limit {100.0 * TARE:g} % of it); give "
+            "--preload subtract if this is a preload or a weight, else --preload keep"
         )
     return force - first if preload == "subtract" else force
 
@@ -77,9 +77,8 @@ def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: st
     k = int(np.argmax(factor))
     if not factor[k] <= APART:
         raise InputError(
-            f"{specimens[k].where}: {what} {values[k]:.4g} {unit}, the median of the "
-            f"other {len(values) - 1} is {others[k]:.4g} {unit}: in another unit, or of another series? Leave it out "
-            "or mend the file"
+            f"{specimens[k].where}: {what} {values[k]:.4g} {unit} and the median of the other {len(values) - 1}, "
+            f"{others[k]:.4g} {unit}, differ by more than a factor of {APART:g}; check the unit, or remove the specimen"
         )
 
 
@@ -95,7 +94,7 @@ def refuse_implausible(
     looks = [f"{name}: {newton:.6g} N" for name, newton in likely.items() if low * scale <= newton <= high * scale]
     hint = f" (it looks like {' or '.join(looks[:2])})" if looks else ""
     raise InputError(
-        f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}: check the unit of the force"
+        f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}; check the unit of the force"
     )
 
 
@@ -105,7 +104,7 @@ def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> l
     for k, one in enumerate(found):
         if one in found[:k]:
             first = specimens[found.index(one)].name
-            raise InputError(f"specimens {first} and {specimens[k].name}: the same curve twice: leave one out")
+            raise InputError(f"specimens {first} and {specimens[k].name} have the same curve; remove one of them")
     return found
 
 
@@ -154,9 +153,9 @@ def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Arr
     angle = _angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
-            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg: where is "
-            f"{tested.square}? Give --zero, in the unit of the column: {moved[0] / factor:g} if at the start, 0 if the "
-            "numbers are right"
+            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg (limit {SQUARE:g} deg); "
+            f"give --zero, the value of the column for {tested.square}: {moved[0] / factor:g} if in the first row, 0 "
+            "if the values are right"
         )
     if angle[0] <= SQUARE:
         free = tared(first, given.preload, r.where)
@@ -166,8 +165,8 @@ def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Arr
     if len(rows) < 3 or end < LEAST:
         looks = f" (it looks like rad: {np.rad2deg(end):.4g} deg)" if 0.1 < end < 1.4 else ""
         raise InputError(
-            f"{r.where}: the first loading has {len(rows)} rows up to {end:.3g} deg{looks}: expected at least 3, up to "
-            f"{LEAST:g} deg"
+            f"{r.where}: the first loading has {len(rows)} rows up to {end:.3g} deg{looks}; expected at least 3 rows "
+            f"and {LEAST:g} deg"
         )
     sheared = angle[rows] >= 0.0
     return {"angle": angle[rows][sheared], "force": first[sheared], "turned": turned}, (angle, force)
@@ -177,17 +176,17 @@ def _moved(r: Recording, tested: Tested) -> str:
     """Role of the column that gives the angle; raises :class:`InputError` for what is none, and for another force."""
     role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
     along_sides = (
-        "a force along the sides, F_s? Expected the F of the crosshead, 2 F_s cos(45 deg - angle / 2): leave the "
-        "column out or convert it; name it 'force' if it is that"
+        "looks like the force F_s along the sides; expected the crosshead force F = 2 F_s cos(45 deg - angle / 2). "
+        "Convert the column, or name it 'force' if it is F"
     )
-    of_a_part = "an extensometer sees a part of the specimen alone: expected the travel of the clamp"
+    of_a_part = "is an extensometer, which measures only a part of the specimen; expected the clamp travel"
     for column, wrong, reason in (
         ("force", r.is_kind(r.columns["force"], "along_sides"), along_sides),
-        (role, role == "strain" and tested.length is None, "a strain: expected a travel or an angle"),
+        (role, role == "strain" and tested.length is None, "is a strain; expected a travel or an angle"),
         (role, role != "angle" and r.is_kind(r.columns[role], "sensor"), of_a_part),
     ):
         if wrong:
-            raise InputError(f"{r.table.where}: column {r.title(column)!r}: {reason}")
+            raise InputError(f"{r.table.where}: column {r.title(column)!r} {reason}")
     return role
 
 
@@ -199,8 +198,8 @@ def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
     most = float(np.abs(travel).max())
     if not most < tested.longest:
         raise InputError(
-            f"{where}: a displacement of {most:g} mm, where {tested.words} is drawn out by {tested.longest:.4g} mm at "
-            f"most: check the unit, {tested.options} and --zero"
+            f"{where}: displacement {most:g} mm; {tested.words} allows {tested.longest:.4g} mm at most; check the "
+            f"unit, {tested.options} and --zero"
         )
     return np.rad2deg([tested.angle(float(d)) for d in travel])
 
@@ -230,7 +229,7 @@ def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list
     found = {a: values for a, values in at.items() if a in ANGLES and a <= end}
     if not found:
         raise InputError(
-            f"{specimens[0].path}: all specimens together go to {end:.3g} deg: expected at least {ANGLES[0]:g} deg"
+            f"{specimens[0].path}: the common range of the specimens ends at {end:.3g} deg; expected {ANGLES[0]:g} deg"
         )
     return found, digests(specimens, [(s.angle, s.force) for s in specimens])
 

@@ -74,7 +74,7 @@ def read_strip(r: Recording) -> Specimen:
         beside = clamp if measure.has_extensometer else None
         if not np.isfinite(measure.factor):
             row = "extensometer gauge length" if measure.has_extensometer else "gauge length"
-            why[measure.column] = f"{measure.words}: no row '{row};...;mm' above the table states its gauge length"
+            why[measure.column] = f"{measure.words}: no gauge length; add a row '{row};...;mm' above the table"
             continue
         try:
             read = r.fetch([pull, measure.column, *([beside.column] if beside else [])])
@@ -88,17 +88,16 @@ def read_strip(r: Recording) -> Specimen:
             why[measure.column] = f"{measure.words}: {reason}"
             continue
         strain, force = rows.curve()
-        left = {m.column: f"{m.words}: {names[measure.column]!r} comes first" for m in measures}
+        left = {m.column: f"{m.words}: {names[measure.column]!r} is used instead" for m in measures}
         origin = r.origin({pull: "force", measure.column: measure.words}, left | why, rows.notes)
         return Specimen(**origin, strain=strain, force=force, width=r.known(WIDTH), gauge=gauge)
     where = r.table.where
     if not any(m.has_extensometer for m in measures):
-        travel = f"travel in {measures[0].unit}, and the file states no gauge length"
-        raise InputError(f"{where}: {travel}: give --gauge-length [mm]")
+        raise InputError(f"{where}: the file states no gauge length for the travel; give --gauge-length [mm]")
     reasons = "; ".join(f"{names[k]!r} ({reason})" for k, reason in why.items())
     raise InputError(
-        f"{where}: specimen {r.name}: no valid strain: {reasons}: give --gauge-length [mm] for the travel of the "
-        "clamp, or leave the specimen out"
+        f"{where}: specimen {r.name}: no valid strain: {reasons}. Give --gauge-length [mm] to use the clamp travel, "
+        "or remove the specimen"
     )
 
 
@@ -120,15 +119,15 @@ def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
             failed.append(error)
             continue
         if unit in QUANTITIES["strain"]:
-            rank, words = (0, "a measured strain") if is_sensor else (4, "a strain by the travel of the clamp")
+            rank, words = (0, "measured strain") if is_sensor else (4, "strain from the clamp travel")
         elif is_extensometer:
             of_grips = len(moves) > 1 or (grips and not marks and "sensor" in kinds)
             length = own or (None if of_grips else gauge)
-            rank, words = 1, "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
+            rank, words = 1, "extensometer travel" + (f", gauge length {length:g} mm" if length else "")
         else:
             length = standard if "standard" in kinds and standard else gauge
             rank = 2 if {"standard", "corrected"} & kinds else 5 if "machine" in kinds else 3
-            words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
+            words = "clamp travel" + (f", gauge length {length:g} mm" if length else "")
         factor = QUANTITIES["strain"].get(unit) or 100.0 * QUANTITIES["length"][unit] / (length or np.nan)
         found.append(_Measure(k, rank, unit, factor, words))
     if not found:
@@ -156,9 +155,9 @@ class _Rows:
             start = _start(strain, self.force, self.top)
             if strain[self.top] < start and sign == "positive" and not measure.has_extensometer:
                 strain, start = -strain, -start
-                self.notes.append("its travel falls under the pull: counted the other way")
+                self.notes.append("the travel is negative in tension: its sign was reversed")
             if start:
-                self.notes.append(f"it begins at {values[0, 1]:.4g} {measure.unit}: subtracted")
+                self.notes.append(f"the travel starts at {values[0, 1]:.4g} {measure.unit}: this offset was subtracted")
             self.strain = strain - start
             before = self.strain[: self.top + 1]
             self.noise = 6.0 * noise(before)
@@ -175,14 +174,14 @@ class _Rows:
         if self.top < 2:
             return ""
         if not top > 0.0:
-            return "it shows nothing up to the maximum force"
+            return "it reads zero up to the maximum force"
         best = np.maximum.accumulate(np.where(e >= most, np.arange(len(e)), 0))
         falls = np.flatnonzero((most - e > max(FALL * top, self.noise)) & (self.force[rows] > force[best]))
         if len(falls):
             k, fall = int(falls[0]), f"from {most[falls[0]]:.4g} to {e[falls].min():.4g} %"
-            return f"it falls {fall} while the force rises (line {lines[k]}): taken off, or it slipped"
+            return f"its strain falls {fall} while the force rises (line {lines[k]}): removed or slipped"
         if e.min() < -max(BELOW * top, self.noise):
-            return f"it turns negative under the pull, {e.min():.4g} % in line {lines[int(np.argmin(e))]}"
+            return f"its strain turns negative in tension, {e.min():.4g} % in line {lines[int(np.argmin(e))]}"
         changes = np.diff(np.flatnonzero(np.diff(self.strain[rows])))
         held = int(np.median(changes)) if len(changes) > 2 else 1  # rows between two values of a slower channel
         earlier = int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1
@@ -191,23 +190,23 @@ class _Rows:
         if earlier and e[-1] - e[earlier] < least:
             k = int(np.argmax(e > e[-1] - least))
             rise = f"from {force[k]:.4g} to {force[-1]:.4g} N (line {lines[k]})"
-            return f"it stays at {e[-1]:.4g} % while the force rises {rise}"
+            return f"its strain stays at {e[-1]:.4g} % while the force rises {rise}"
         x = np.zeros(1) if self.clamp is None else _without_spikes(self.clamp[rows] - self.clamp[0])
         if not abs(x[-1]) > 0.0:
             return ""
         steps = np.abs(np.diff(e / e.max())) - np.abs(np.diff(x / x[-1]))
         if len(steps) > 8 and steps.max() > JUMP:
-            return f"it jumps in line {lines[int(np.argmax(steps)) + 1]}, the clamp does not"
+            return f"its strain jumps in line {lines[int(np.argmax(steps)) + 1]}, the clamp travel does not"
         parts = np.searchsorted(np.maximum.accumulate(x / x[-1]), np.linspace(0.0, 1.0, PARTS + 1))
         pace, gain = np.diff(e[parts]), np.diff(force[parts]) / force[-1]
         slow = np.flatnonzero((pace < SLOW * np.quantile(pace, 0.75)) & (gain > GAINS_SLOW))
         if len(np.unique(e)) > 4 * PARTS and (slow >= 2).any():
-            return f"it hardly moves from line {lines[parts[slow[slow >= 2][0]]]} on, the clamp does: it slipped"
+            return f"it hardly moves from line {lines[parts[slow[slow >= 2][0]]]} on while the clamp moves: slipped"
         ratio = e[-1] / abs(x[-1])
         if 0.005 < ratio < 0.02 or 50.0 < ratio < 200.0:
             raise InputError(
-                f"{self.where.format(lines[self.top])}: a strain of {e[-1]:.4g} % at the maximum force, where the "
-                f"clamp travels {abs(x[-1]):.4g} %: in % or a fraction? Check the unit of the strain"
+                f"{self.where.format(lines[self.top])}: the strain at maximum force is {e[-1]:.4g} %, the clamp travel "
+                f"gives {abs(x[-1]):.4g} %; check whether the strain is in % or a fraction"
             )
         return ""
 
@@ -221,8 +220,8 @@ class _Rows:
         if len(before) and not self.measure.has_extensometer:
             k = int(before[0])
             raise InputError(
-                f"{self.where.format(self.lines[k])}: the travel goes back before the maximum force "
-                f"({values[k - 1, 1]:g} then {values[k, 1]:g}): a cyclic test? Keep the first loading alone"
+                f"{self.where.format(self.lines[k])}: the travel falls from {values[k - 1, 1]:g} to {values[k, 1]:g} "
+                "before the maximum force; for a cyclic test, keep only the first loading"
             )
         end = int(after[0]) if len(after) else len(strain)
         end = max(int(np.argmax(strain[:end])), top) + 1
@@ -231,7 +230,7 @@ class _Rows:
             jumps = np.flatnonzero(np.abs(np.diff(strain[top:end])) > usual)
             end = top + 1 + int(jumps[0]) if len(jumps) else end
         if len(strain) - end:
-            self.notes.append(f"rows from line {self.lines[end]} on left out: the travel turns back")
+            self.notes.append(f"rows from line {self.lines[end]} on skipped: the travel falls")
         # rows that repeat a travel, or go back within its noise, are one: their mean force, or the maximum
         rising, row = np.unique(np.maximum.accumulate(strain[:end]), return_inverse=True)
         force = np.bincount(row, self.force[:end]) / np.bincount(row)
@@ -239,11 +238,11 @@ class _Rows:
         where = self.where.format(self.lines[-1])
         if not rising[-1] <= MAX_STRAIN:
             raise InputError(
-                f"{where}: a travel of {values[end - 1, 1]:g} would be a strain of {rising[-1]:.4g} %: check the unit "
-                "of the travel and the gauge length"
+                f"{where}: travel {values[end - 1, 1]:g} gives a strain of {rising[-1]:.4g} %, above the limit of "
+                f"{MAX_STRAIN:g} %; check the unit of the travel and the gauge length"
             )
         if len(rising) < 2:
-            raise InputError(f"{where}: the travel does not rise")
+            raise InputError(f"{where}: the travel does not rise; check its column")
         return rising, force
 
     def _refuse_cycles(self) -> None:
@@ -253,8 +252,8 @@ class _Rows:
         later = self.force[int(np.argmax(back)) :] if back.any() else self.force[:0]
         if len(later) and (later - np.minimum.accumulate(later)).max() > checks.OTHER * self.force[self.top]:
             raise InputError(
-                f"{self.where.format(self.lines[int(np.argmax(back))])}: the travel goes back, and the force rises "
-                "again after it: a cyclic test, or several specimens? Keep the first loading of one specimen alone"
+                f"{self.where.format(self.lines[int(np.argmax(back))])}: the travel falls, then the force rises again, "
+                "as in cycles or with several specimens; keep only the first loading of one specimen"
             )
 
 
@@ -293,7 +292,7 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
     force, strain = peaks(specimens)
     for s, top, at in zip(specimens, force, strain, strict=True):
         band = FORCES if s.width is None else (STRENGTH[0] * s.width, STRENGTH[1] * s.width)
-        per = "" if s.width is None else f", {top / s.width:.4g} N/mm of its {s.width:g} mm"
+        per = "" if s.width is None else f", {top / s.width:.4g} N/mm at {s.width:g} mm width"
         checks.refuse_implausible(s, top, band, f"maximum force {top:.6g} N{per}", "N", top)
         check = ": check the unit of the travel and the gauge length"
         within(at, MacroMaterial, "fracture_strain", f"{s.where}: strain at maximum force {at:.4g} %", check)

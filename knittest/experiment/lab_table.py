@@ -189,7 +189,7 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
             for at, cells in block:  # a number torn at its own decimal comma would be read as two
                 if any(cells[len(names) :]):
                     message = f"{place}:{at}: {len(cells)} cells below {len(names)} columns"
-                    raise InputError(f"{message}: is the delimiter also the decimal mark?")
+                    raise InputError(f"{message}; export with a delimiter that is not the decimal mark")
             if found and found[-1].names == names and _goes_on(found[-1], table):
                 found[-1].body += block
             else:
@@ -257,8 +257,8 @@ def _blocks(
     for block in blocks if 0 in needed else ():  # labels below the last row of numbers
         while len(block) > 1 < len(block[-1][1]) and has_number(cell := block[-1][1][0]) and not NUMBER.match(cell):
             left.append(block.pop())
-    notes = [f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
-    more = [f"{len(notes) - 3} more line{'s' * (len(notes) > 4)} left out"] if len(notes) > 3 else []
+    notes = [f"line {line} skipped: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
+    more = [f"{len(notes) - 3} more line{'s' * (len(notes) > 4)} skipped"] if len(notes) > 3 else []
     return [block for block in blocks if block] or [[]], k, notes[:3] + more
 
 
@@ -288,12 +288,12 @@ def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row
     """``rows`` with the names that the user gave above the numbers, in place of those in the file."""
     first = _first_numbers(rows)
     if first is None:
-        raise InputError(f"{place}: --columns: no row of numbers in the file")
+        raise InputError(f"{place}: --columns: the file has no row of numbers")
     line, cells = rows[first]
     if len(cells) != len(columns):
         raise InputError(
-            f"{place}:{line}: --columns names {len(columns)} columns, the row has {len(cells)}: name each in its "
-            "order, '-' for one that is not needed"
+            f"{place}:{line}: --columns names {len(columns)} columns, but the row has {len(cells)}; name all in their "
+            "order, with '-' for one that is not needed"
         )
     names: Row = (line, [f"column {k + 1}" if name in ("", "-") else name for k, name in enumerate(columns)])
     return [*rows[:first], names, *rows[first:]]
@@ -311,15 +311,12 @@ def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: 
         texts += [cell for cell in filled if len(filled) > 3 and not NUMBER.match(cell)]
     if other := lab_units.foreign(texts, own):
         kind, text = other
-        raise InputError(
-            f"{path}: {shown(text)} says that this is a test of {kind}, which is not the test asked for: leave the "
-            "file out, or correct what it says"
-        )
+        raise InputError(f"{path}: {shown(text)} names another test ({kind}); remove the file, or correct this text")
 
 
 def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
     """The refusal of a file without names, with the option that names its columns ready to use."""
-    at, message = _first_numbers(rows), f"{path}: no row names {words}"
+    at, message = _first_numbers(rows), f"{path}: no header row names {words}"
     if at is None:
         return InputError(message)
     line, cells = rows[at]
@@ -330,8 +327,8 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
         few = len(cells) <= FEW
-        guess = ",".join(_guessed(block, _lacking([], wanted))) if few else "with a name for each"
-        return InputError(f"{message}: line {line} has numbers without names: give --columns {guess}, in their order")
+        guess = ",".join(_guessed(block, _lacking([], wanted))) if few else "NAME,NAME,..."
+        return InputError(f"{message}; line {line} has numbers without names: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
     lacking = _lacking(list(roles.values()), wanted)
@@ -343,11 +340,13 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
         lacking *= sum(not roles[name] for name in free) or 1
     lost = [name for name in given.named if name not in (n.lower() for n in names)]
     stress = next((name for name, role in roles.items() if role == "pressure" and "force" in lacking), "")
-    more = f"; {stress!r} is a stress, which is no force" if stress else ""
-    more += f"; --column names {lost[0]!r}, which is none of them" if lost else ""
+    more = f"; {stress!r} is a stress, not a force" if stress else ""
+    more += f"; --column names {lost[0]!r}, which the file does not have" if lost else ""
     options = " ".join(f'--column {role}="{name}"' for role, name in zip(lacking, free, strict=False))
     listed = ", ".join(map(repr, names[:12]))
-    return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: name them, such as {options}")
+    return InputError(
+        f"{message}; the columns in line {above[0][0]} are {listed}{more}: state their roles, such as {options}"
+    )
 
 
 def _unfit(role: str, name: str, below: str) -> tuple[bool, bool]:

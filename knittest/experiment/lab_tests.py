@@ -26,9 +26,9 @@ SAID = ("sign", "zero", "preload", "faces", "clamped", "loading")
 _HEAD = 60
 SpecimenT = TypeVar("SpecimenT")
 HEAD = """\
-# Written by knittest data import, from the tests in this folder: a part of a fabric file.
+# Part of a fabric file, written by knittest data import from the tests in this folder.
 #   knittest new NAME --from FOLDER
-# starts a fabric from it. The next import here writes it anew: edit the fabric, not this file.
+# creates a fabric from it. The next import overwrites this file: edit the fabric instead.
 """
 
 
@@ -89,15 +89,15 @@ class LabTest(Generic[SpecimenT]):
         directed = kinds()[self.name].directional
         if directed and not direction:
             raise InputError(
-                f"--direction: missing: which yarn system runs along the strips, warp or weft? ({self.name})"
+                f"--direction: missing; state the yarn system along the strips, warp or weft (test: {self.name})"
             )
         if direction and not directed:
             raise self.useless("--direction")
         for said in (getattr(s, "said", None) for s in specimens if direction and not trusted):
             if said is not None and said.direction != direction:
                 raise InputError(
-                    f"{said.where} says {said.direction}, --direction says {direction}: which is it? --trust-direction "
-                    "goes by the option"
+                    f"{said.where} states {said.direction}, but --direction is {direction}; correct one, or give "
+                    "--trust-direction to use the option"
                 )
         results = self.results(specimens, direction or "", files)
         self.check(out, results)
@@ -110,7 +110,7 @@ class LabTest(Generic[SpecimenT]):
     def useless(self, option: str) -> InputError:
         """The refusal of an ``option`` that the test does not take."""
         own = [*(what.option for what in self.conditions if what.option), *(f"--{name}" for name in self.options)]
-        return InputError(f"{option}: has no meaning for --test {self.name}; it takes {', '.join(own)}")
+        return InputError(f"{option}: not an option of --test {self.name}, which takes {', '.join(own)}")
 
 
 LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
@@ -168,7 +168,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
         except InputError as error:  # of another test, by the head of the file or by its name?
             named = (name for name in LAB_TESTS if lab_units.matches(path.stem, "own_tests", name, "name"))
             other = looks_like(path, given.delimiter) or next(named, test)
-            hint = f"; or is it a {other} test? (--test {other})" if other != test else ""
+            hint = f"; for a {other} test, give --test {other}" if other != test else ""
             raise InputError(f"{error}{hint}") from None
     return found
 
@@ -198,6 +198,6 @@ def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None =
     for path in files if test is None else ():
         if other := looks_like(path, delimiter):
             raise InputError(
-                f"{path}: looks like a {other} test: give --test {other}, or --test {DEFAULT} if it is one"
+                f"{path}: looks like a {other} test; give --test {other}, or --test {DEFAULT} if it is one"
             )
     return test or DEFAULT

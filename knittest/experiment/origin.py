@@ -69,7 +69,7 @@ def assumed_friction(run: Run) -> tuple[str, ...]:
         if name in other and value == own_value(fabric, kind, own[name]):
             reasons.setdefault(f"as {other[name]}, the only direction tested", []).append(f"rig.{name}")
         elif value == type(run.rig).model_fields[name].default and name not in own and not papers:
-            reasons.setdefault(f"the default, that of {DEFAULT_FRICTION_OF}", []).append(f"rig.{name}")
+            reasons.setdefault(f"default, measured on the fabrics of {DEFAULT_FRICTION_OF}", []).append(f"rig.{name}")
     return tuple(f"{' and '.join(fields)} ({reason})" for reason, fields in reasons.items())
 
 

@@ -67,7 +67,7 @@ def band(curves: Sequence[tuple[Array, Array]], end: float, common: str, points:
     """Corridor of ``curves`` (x, y) from the largest start to ``end``; ``common`` is what x is called in messages."""
     start = max(float(x[0]) for x, _ in curves)
     if not end > start:
-        raise InputError(f"the specimens share no range of {common}")
+        raise InputError(f"the specimens have no common range of {common}")
     return corridor_on(np.linspace(start, end, points), curves)
 
 

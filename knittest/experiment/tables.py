@@ -72,7 +72,7 @@ def _conditions(path: Path, rows: Iterable[tuple[int, dict[str, str]]]) -> Condi
         if row["unit"] != SIZES[name].unit:
             raise InputError(f"{where}: {name}: unit = {row['unit']!r}; expected {SIZES[name].unit}")
         if name in texts and texts[name][0] != row["mean"]:
-            raise InputError(f"{where}: {name}: {row['mean']}; {texts[name][1]} says {texts[name][0]}")
+            raise InputError(f"{where}: {name}: {row['mean']}, but {texts[name][1]} states {texts[name][0]}")
         texts[name] = row["mean"], where
     return conditions_of(texts)
 
@@ -85,13 +85,13 @@ def for_width(row: PublishedValue, width: float) -> PublishedValue:
     own = row.conditions.strip_width_mm
     if own is None:
         raise InputError(
-            f"{row.file}: {row.quantity} of a strip of unknown width: expected a row strip_width_mm [mm] of the same "
-            "variant and direction; knittest data import --width writes one"
+            f"{row.file}: the strip width of {row.quantity} is unknown; add a row strip_width_mm [mm] for this variant "
+            "and direction (knittest data import --width writes it)"
         )
     if math.isclose(own, width, rel_tol=EXACT):
         return row
     scaled = replace(row, mean=row.mean * width / own, sd=row.sd * width / own)
-    return with_note(scaled, f"for {width:g} instead of {own:g} mm")
+    return with_note(scaled, f"scaled from {own:g} to {width:g} mm")
 
 
 def with_note(row: PublishedValue, note: str) -> PublishedValue:

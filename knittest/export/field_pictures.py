@@ -138,17 +138,17 @@ def _differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None
         drawn = axes.imshow(
             one, origin="lower", extent=(x[0], x[-1], y[0], y[-1]), cmap=SIGNED, norm=norm, aspect="auto",
         )  # fmt: skip
-        told = f"less the first: mean {np.nanmean(one):+.2g}, rms {np.sqrt(np.nanmean(one**2)):.2g}"
-        axes.set_title(told, fontsize=9, loc="left")
+        title = f"minus the first: mean {np.nanmean(one):+.2g}, rms {np.sqrt(np.nanmean(one**2)):.2g}"
+        axes.set_title(title, fontsize=9, loc="left")
     sheet.bar(drawn, 1, cut, f"difference: {label}")
 
 
 def _note(fields: Sequence[PlanField], cut: str) -> str:
-    said = [f"largest, either sign: {', '.join(f'{np.nanmax(np.abs(f.value)):.3g}' for f in fields)}"]
+    said = [f"largest absolute values: {', '.join(f'{np.nanmax(np.abs(f.value)):.3g}' for f in fields)}"]
     if cut != "neither":
         said.append(f"colours span {SPANNED:g} % of the values")
     if len(fields) > 1:
-        said.append("differences: at places in the plane that both blanks cover")
+        said.append("differences only where both blanks are present")
     return "\n".join(textwrap.fill(one, NOTE) for one in said)
 
 
@@ -193,7 +193,7 @@ def shear_field(
     if norm is not None:
         drawn.set_norm(norm)
     axes.set_aspect("equal")
-    axes.set(xlabel="across the pull [mm]", ylabel="along the pull [mm]")
+    axes.set(xlabel="across the load direction [mm]", ylabel="along the load direction [mm]")
     return drawn
 
 

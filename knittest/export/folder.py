@@ -207,4 +207,4 @@ class RunFolder:
 def _notice(path: Path, lock: RunLock) -> str:
     if lock.stale_owner is None:
         return ""
-    return f"{path}: {lock.stale_owner} died without finishing here; its files were replaced"
+    return f"{path}: the earlier run of {lock.stale_owner} ended without completing; its files were replaced"

@@ -139,7 +139,7 @@ def changes(before: Mapping[str, object], now: Mapping[str, object]) -> list[str
     old, new = (dict(_leaves({k: v for k, v in i.items() if k != "config_sha256"})) for i in (before, now))
     names = {k: k.removeprefix("config.") for k in sorted(old.keys() | new.keys())}
     return [
-        f"{name} was {old.get(key, 'not there')}, is {new.get(key, 'not there')}"
+        f"{name} was {old.get(key, 'missing')}, is {new.get(key, 'missing')}"
         for key, name in names.items()
         if old.get(key) != new.get(key) and name not in FREE
     ]

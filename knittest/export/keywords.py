@@ -24,7 +24,7 @@ def number(value: float, width: int) -> str:
     a number that is not finite, or fits in no form.
     """
     if not np.isfinite(value):
-        raise InputError(f"{value} cannot stand in a deck: expected a finite number")
+        raise InputError(f"{value} cannot be written to a deck: expected a finite number")
     for digits in range(min(width, DIGITS), 0, -1):
         for text in (f"{value:.{digits}g}", f"{value:.{digits - 1}e}"):
             if len(text := _EXPONENT.sub(_short, text)) <= width:

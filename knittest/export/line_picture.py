@@ -145,9 +145,9 @@ _STYLE = {
     "measured": (RED, "-", "measured"),
     "digitised": (RED, (0, (6, 2)), "digitised"),
     "reconstructed": (RED, (0, (4, 2)), "reconstructed"),
-    "simulated": (GREEN, (0, (5, 1, 1, 1)), "simulated elsewhere"),
+    "simulated": (GREEN, (0, (5, 1, 1, 1)), "another simulation"),
     "input": (ORANGE, (0, (1, 1.2)), "input of the model"),
-    "tuned": (RED, (0, (3, 1.5)), "the model was tuned on it"),
+    "tuned": (RED, (0, (3, 1.5)), "used to tune the model"),
 }
 
 
@@ -228,7 +228,7 @@ def _cited(text: str, source: str) -> str:
 
 def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:
     for number, curve in enumerate(specimens):
-        label = f"{len(specimens)} simulated specimens, circles: their peaks" if number == 0 else None
+        label = f"{len(specimens)} simulated specimens (circles: peaks)" if number == 0 else None
         strain, force = curve["strain_pct"], curve["force_n"]
         axes.plot(
             strain, force, color=SKY, linewidth=0.8, label=label, zorder=2.5, marker="o", markersize=5.5,
@@ -267,13 +267,13 @@ _LINES: dict[str, tuple[str, Any, str]] = {
     "contact_mj": (PINK, "-.", "contact"),
     "friction_mj": (RED, "-.", "friction"),
     "damping_mj": (SKY, ":", "damping"),
-    "contact_damping_mj": (SKY, "-", "damping of contacts"),
+    "contact_damping_mj": (SKY, "-", "contact damping"),
     "hourglass_mj": (YELLOW, ":", "hourglass"),
     "eroded_mj": (GREY, (0, (6, 2)), "eroded (failed elements)"),
 }
 _PART_STYLES: tuple[tuple[str, Any], ...] = ((GREEN, "-"), (ORANGE, "-"), (GREEN, ":"), (ORANGE, ":"))
 _SMALLEST_PCT = 1e-3
-_SHADED = f"not judged: below {100 * START_UP:g} % of\nthe work, after a strip's\nfirst failure"
+_SHADED = f"not evaluated: start, below\n{100 * START_UP:g} % of the work, and\nafter the first failure"
 
 
 def energy_picture(

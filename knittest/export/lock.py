@@ -55,8 +55,8 @@ class RunLock:
                 os.close(handle)
                 if error.errno in (errno.EAGAIN, errno.EACCES):
                     raise ResourceError(
-                        f"{self.path.parent}: in use by {owner}; wait for it, or a process that it began, to end or "
-                        "choose another folder with --out"
+                        f"{self.path.parent}: in use by {owner}; wait until it and its child processes end, or choose "
+                        "another folder with --out"
                     ) from None
                 raise
             os.close(handle)
@@ -207,7 +207,7 @@ def fresh_folder(path: Path) -> Path:
 def chosen_folder(path: Path) -> Path:
     """Make the folder the user chose, or check that it is empty, a dead run's, or one's that its input stopped."""
     if os.path.lexists(path) and not path.is_dir():
-        raise InputError(f"--out {path}: is a file, expected a new or empty folder")
+        raise InputError(f"--out {path}: is a file; choose a new or empty folder")
     make_folder(path)
     try:
         names = [file.name for file in path.iterdir()]
@@ -228,13 +228,13 @@ def clear_dead_run(path: Path, lock: RunLock) -> None:
     if not names:
         return
     if _completed(path):  # and killed before its lock was removed
-        raise InputError(f"--out {path}: holds a completed run; choose a new folder, or remove this one")
+        raise InputError(f"--out {path}: contains a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
     useless = fnmatch.filter(names, CHECKPOINTS) if of_bad_input(path) else []  # of another input
     strange = sorted(names - {*OWN_FILES, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover, *useless})
     if strange:
         raise InputError(
-            f"--out {path}: left by {lock.stale_owner or 'a run'}, which is no longer running, and holds {strange[0]}; "
+            f"--out {path}: contains {strange[0]} and files of {lock.stale_owner or 'a run'}, which no longer runs; "
             "choose a new folder, or remove this one if it is not needed"
         )
     try:
@@ -255,13 +255,11 @@ def remove_run(path: Path) -> None:
         raise InputError(f"{path}: not a run folder, not removed")
     path = path.resolve()
     if is_locked(path):
-        raise ResourceError(f"{path}: a process uses it: not removed")
+        raise ResourceError(f"{path}: in use by a process, not removed")
     lock = RunLock(path)
     try:
         if strange := sorted(file.name for file in path.iterdir() if not _is_of_run(file)):
-            raise InputError(
-                f"{path}: holds {strange[0]}, which is not a file of a run: not removed; move it to another place"
-            )
+            raise InputError(f"{path}: not removed, because {strange[0]} is not a file of a run; move that file first")
         for file in sorted(path.iterdir(), key=lambda file: file.name == "manifest.json"):  # last: until then it is one
             if file.is_dir() and not file.is_symlink():
                 shutil.rmtree(file)

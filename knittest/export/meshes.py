@@ -121,7 +121,7 @@ def export_centre_lines(path: Path, cell: Cell, n_wales: int, n_courses: int) ->
     Raises :class:`InputError` for another suffix and :class:`ResourceError` if the file cannot be written.
     """
     if path.suffix.lower() not in LINE_FORMATS:
-        raise InputError(f"{path}: cannot tell the format from the suffix: expected {' or '.join(LINE_FORMATS)}")
+        raise InputError(f"{path}: unknown format; expected the suffix {' or '.join(LINE_FORMATS)}")
     paths = centre_lines(cell, n_wales, n_courses)
     if path.suffix.lower() == ".csv":
         write_atomic(path, _csv(paths))
@@ -181,7 +181,7 @@ def tube_surface(position: Array, cells: Index, radius: Array, alive: NDArray[np
     """
     shown = np.flatnonzero(alive & np.isfinite(position[cells]).all(axis=(1, 2)))
     if not len(shown):
-        raise InputError("tubes: no beam is whole: choose an earlier frame with --frame")
+        raise InputError("tubes: all beams have failed in this frame; choose an earlier one with --frame")
     follows = (cells[shown[1:], 0] == cells[shown[:-1], 1]) & (radius[shown[1:]] == radius[shown[:-1]])
     chains = np.split(shown, np.flatnonzero(~follows) + 1)
     points, triangles, element, first = [], [], [], 0
@@ -232,7 +232,7 @@ def write_tubes(path: Path, surface: TubeSurface, fields: Mapping[str, Array]) -
     """
     form = path.suffix.lower()
     if form not in SURFACE_FORMATS:
-        raise InputError(f"{path}: cannot tell the format from the suffix: expected {' or '.join(SURFACE_FORMATS)}")
+        raise InputError(f"{path}: unknown format; expected the suffix {' or '.join(SURFACE_FORMATS)}")
     if form == ".vtp":
         write_atomic(path, _vtp(surface, fields))
         return

@@ -106,7 +106,7 @@ def _scale(force: str, before: Frame) -> Scale:
     largest = float(np.nanmax(np.abs(before.fields[force][alive]), initial=0.0)) or 1.0
     label = "fibre force per width [N/mm]"
     if force == "axial_force":
-        pale = f"pale: loops under less than {100.0 * _NEGLIGIBLE:g} % of the scale"
+        pale = f"pale: loops below {100.0 * _NEGLIGIBLE:g} % of the scale"
         label = f"axial force of the yarn [N] ({pale}; crosses: broken inlays)"
     colours = LinearSegmentedColormap.from_list("load", _COLOURS)
     return Scale(colours, Normalize(0.0, largest, clip=True), label, largest)
@@ -201,7 +201,7 @@ def _mark_window(strip: "Axes", window: "Axes", view: View, name: str) -> None:
 
     corner = (view.left, view.bottom)
     strip.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
-    window.set_title(f"{name}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm of it", fontsize=9.5)
+    window.set_title(f"detail of the {name}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm", fontsize=9.5)
     window.yaxis.tick_right()
 
 
@@ -244,7 +244,7 @@ _FINEST_FACE_PIXEL = 0.012  # mm
 _FREE = 0.06
 #: what stands at x and y: of a piece that lies along its yarns, and of one that is pulled along y
 PLAN = ("x, along the weft [mm]", "y, along the warp [mm]")
-PULLED = ("across the pull [mm]", "along the pull [mm]")
+PULLED = ("across the load direction [mm]", "along the load direction [mm]")
 #: share of the beams whose force the colours hold [%]
 _SHOWN = 98.0
 
@@ -288,7 +288,7 @@ def faces_picture(
     bar = figure.add_axes((0.75 / total[0], 0.5 / total[1], 1.0 - 1.5 / total[0], 0.13 / total[1]))
     cut = "both" if np.abs(force).max() > largest else "neither"
     figure.colorbar(ScalarMappable(norm, cmap), cax=bar, orientation="horizontal", extend=cut).set_label(
-        f"axial force of the yarn [N], {_SHOWN:g} % of the beams within", fontsize=9
+        f"axial force of the yarn [N], scale covers {_SHOWN:g} % of the beams", fontsize=9
     )
     figure.text(0.02, 0.975, title, fontsize=12, va="top")
     save(figure, path)

@@ -179,8 +179,8 @@ class _Plan:
 
     def _shallow(self) -> str:
         return (
-            f"The stamp enters the die's opening by {self.depth:.3g} mm, expected {self.stroke.depth:g} mm: "
-            f"{100.0 * (1.0 - PROUD):.0f} % of the die lie below z = {self.die.face:.3g} mm."
+            f"The stamp enters the die's opening by {self.depth:.3g} mm, expected {self.stroke.depth:g} mm. The die's "
+            f"face is at z = {self.die.face:.3g} mm, where {100.0 * (1.0 - PROUD):.0f} % of the die lie below."
         )
 
     def upside_down(self) -> dict[str, str]:
@@ -209,9 +209,9 @@ class _Plan:
 
     def _share(self, between: NDArray[np.bool_], name: str) -> str:
         if not self.entering.any():
-            return "no part of it is above the die's face"
+            return "no part of it lies over the die"
         share = 100.0 * between.sum() / self.entering.sum()
-        return f"{share:.0f} % of its area lie between walls of the {name}, expected at least {100.0 * BETWEEN:.0f} %"
+        return f"{share:.0f} % of its area lies between walls of the {name}, expected at least {100.0 * BETWEEN:.0f} %"
 
     def _problems_of_holder(self) -> list[str]:
         if self.holder is None:

@@ -32,18 +32,18 @@ def mended(mesh: TriangleMesh, away: float, height: float) -> tuple[TriangleMesh
     disagreeing = _disagreeing(mesh)
     if disagreeing.any():
         mesh = mesh.turned(disagreeing)
-        notes.append(f"{disagreeing.sum()} triangles faced another way than their neighbours: turned")
+        notes.append(f"{disagreeing.sum()} triangles with another orientation than their neighbours were flipped")
     skin = len(mesh.borders()) > 0
     outward = away * -float(mesh.normals[:, 2].sum()) if skin else mesh.volume
     if skin and abs(outward) < 1e-6 * float(np.linalg.norm(mesh.normals, axis=1).sum()):
-        raise InputError("an open surface that stands upright: which side of it is the body cannot be told")
+        raise InputError("an open vertical surface, of which the side of the body is unknown; close the surface")
     if outward < 0.0:
         mesh = mesh.turned()
-        notes.append("inverted, its triangles faced into the body: turned")
+        notes.append("all triangles faced inwards and were flipped")
     if skin:
         mesh = _thickened(mesh, away * height)
         way = "upwards" if away > 0.0 else "downwards"
-        notes.append(f"an open surface: taken for the skin of a body that goes on {height:.4g} mm {way}")
+        notes.append(f"an open surface, closed to a body that extends {height:.4g} mm {way}")
     return mesh, notes
 
 
@@ -68,7 +68,7 @@ def _disagreeing(mesh: TriangleMesh) -> NDArray[np.bool_]:
     _, label = connected_components(graph, directed=False)
     kept, turned = label[:count], label[count:]
     if (kept == turned).any():
-        raise InputError("a surface with one side only")
+        raise InputError("a one-sided surface (Moebius strip); expected the surface of a body")
     votes = np.bincount(kept, minlength=label.max() + 1)
     return (votes[turned] > votes[kept]) | ((votes[turned] == votes[kept]) & (turned < kept))
 
@@ -117,7 +117,7 @@ def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[Triang
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if dropped:
-        notes.insert(0, f"{dropped} triangles without area: left out")
+        notes.insert(0, f"{dropped} triangles without area were removed")
     touched = mesh.points[:, 2]
     rise = place.face - float(touched.min() if place.away > 0.0 else touched.max())
     return body.moved((0.0, 0.0, rise)), [f"{path.name}: {note}" for note in notes]
@@ -146,8 +146,8 @@ def _check_extent(path: Path, mesh: TriangleMesh, place: Placement) -> None:
     extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
     if not SMALLEST * blank <= extent <= LARGEST * blank:
         raise InputError(
-            f"{path}: {extent:.3g} mm across on a blank of {blank:g} mm; another unit? scale: 10 for centimetres, "
-            f"25.4 for inches, 1000 for metres, 0.001 for micrometres"
+            f"{path}: size {extent:.3g} mm on a blank of {blank:g} mm; if the file is not in mm, set scale: 10 for "
+            "centimetres, 25.4 for inches, 1000 for metres, 0.001 for micrometres"
         )
 
 

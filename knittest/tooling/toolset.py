@@ -141,8 +141,10 @@ def build_tools(
 def _punch(stamp: Stamp, face: float, tall: float) -> RigidTool:
     outline = stamp_outline(stamp)
     if tall * tan(stamp.draft) > outline.concave_radius - FLAT:
-        wide = f"widens the stamp by {tall * tan(stamp.draft):.3g} mm at its top"
-        raise InputError(f"rig.stamp.t.draft_angle: {wide}, which must leave its inner corners a radius")
+        raise InputError(
+            f"rig.stamp.t.draft_angle: widens the stamp by {tall * tan(stamp.draft):.3g} mm at its top; expected less "
+            f"than the radius of its inner corners, {outline.concave_radius:.3g} mm"
+        )
     edge = SweptEdge(outline, face, stamp_edge(stamp), inside=True, down=True, draft=stamp.draft)
     return RigidTool(edge.solid(max(tall, edge.radius + 1.0)), partial(edge.tool, tall), edge.distance)
 
@@ -151,7 +153,7 @@ def _opening(edge: SweptEdge, height: float, blank: tuple[float, float]) -> Rigi
     low, high = edge.outline.bounds
     wide = 2.0 * (np.maximum(-low, high) + edge.offset + edge.radius)
     if (wide > np.array(blank)).any():
-        raise InputError(f"rig.stamp: its opening is {wide.max():.4g} mm wide; expected one within the blank")
+        raise InputError(f"rig.stamp: its opening is {wide.max():.4g} mm wide; expected less than the blank")
     outer = rectangle(blank[0] + 2.0 * RIM, blank[1] + 2.0 * RIM, CORNER)
     return RigidTool(edge.solid(max(height, edge.radius + 1.0), outer), partial(edge.tool, height), edge.distance)
 

@@ -70,11 +70,11 @@ def test_units_of_force_and_travel(tmp_path, head, newton, percent):
 @pytest.mark.parametrize(
     ("head", "words"),
     [
-        ("Weg;Kraft\nmm;MPa", ":2: column 'Kraft': unit 'MPa': expected one of N, kN, daN"),
-        ("Weg [ft];Kraft", ":1: column 'Weg [ft]': unit 'ft': expected one of mm, cm, m, um, inch, %"),
+        ("Weg;Kraft\nmm;MPa", ":2: column 'Kraft' has the unit 'MPa'; expected one of N, kN, daN"),
+        ("Weg [ft];Kraft", ":1: column 'Weg [ft]' has the unit 'ft'; expected one of mm, cm, m, um, inch, %"),
         ("Weg;Kraft in MN", "unit 'MN'"),
-        ("Weg;Kraft [kN]\nmm;N", "which unit is it?"),
-        ("Dehnung;Kraft", "a strain without a unit"),
+        ("Weg;Kraft [kN]\nmm;N", "states another unit, 'N'"),
+        ("Dehnung;Kraft", "has no unit of strain"),
     ],
 )
 def test_unknown_units_are_refused(tmp_path, head, words):
@@ -91,7 +91,7 @@ def test_the_gauge_length_of_the_head_is_used_and_may_be_repeated(tmp_path, row)
     path = write(tmp_path, f"Zwick\n{row}\nWeg;Kraft\n0,0;0,0\n1,0;1,25\n")
     for length in (None, 200.0):
         assert read_lab(path, length)[0].strain[-1] == pytest.approx(0.5)
-    with pytest.raises(InputError, match=r":2: the file states a gauge length of 200 mm, --gauge-length says 100 mm"):
+    with pytest.raises(InputError, match=r":2: gauge length 200 mm, but --gauge-length is 100 mm"):
         read_lab(path, 100.0)
 
 
@@ -105,7 +105,7 @@ def test_no_or_implausible_gauge_lengths(tmp_path):
     ):
         with pytest.raises(InputError, match=words):
             read_lab(write(tmp_path, head + text), length)
-    with pytest.raises(InputError, match="would be a strain of 1750 %"):
+    with pytest.raises(InputError, match="gives a strain of 1750 %, above the limit of 100 %"):
         read_lab(write(tmp_path, text.replace("Weg", "Weg [m]")), 200.0)
     read_lab(write(tmp_path, text.replace("Weg", "Dehnung [%]")))  # a strain needs no gauge length
 
@@ -118,9 +118,9 @@ def test_no_or_implausible_gauge_lengths(tmp_path):
         ("Weg;Kraft\n0;0\n2;5\n1;6\n", ":4: "),
         ("Weg;Kraft\n0;0\n1;nan\n", ":3: 'nan'"),
         ("Weg;Kraft\n0;0\n", "at least two"),
-        ("a;b\n0;0\n1;1\n", "no row names"),
+        ("a;b\n0;0\n1;1\n", "no header row names"),
         ("Weg;Kraft\n0;0\n1;2\n;\n3\n", ""),
-        ("", "no row names"),
+        ("", "no header row names"),
     ],
 )
 def test_refused_with_the_row(tmp_path, text, words):

@@ -38,8 +38,10 @@ def test_the_output_names_the_columns_that_count_and_why_others_do_not(tmp_path,
     path = RIGHT["extensometer slipped"]().written(tmp_path)
     assert run(["data", "import", str(path), "--direction", "warp", "--out", str(tmp_path / "mine")]) == 0
     said = capsys.readouterr().out
-    assert "columns used: 'Force [N]' (force), 'Travel [mm]' (a travel over 200 mm between the clamps)" in said
-    assert "columns not used: 'Extensometer [mm]' (the travel of an extensometer over 100 mm: it falls from" in said
+    assert "columns used: 'Force [N]' (force), 'Travel [mm]' (clamp travel, gauge length 200 mm)" in said
+    assert (
+        "columns not used: 'Extensometer [mm]' (extensometer travel, gauge length 100 mm: its strain falls from" in said
+    )
 
 
 def test_the_option_that_a_message_prints_reads_the_file(tmp_path, capsys):
@@ -48,7 +50,7 @@ def test_the_option_that_a_message_prints_reads_the_file(tmp_path, capsys):
     assert '--column force="Kanal A" --column travel="Kanal B"' in capsys.readouterr().err
     assert run(["data", "stats", str(path), "--column", "force=Kanal A", "--column", "travel=Kanal B"]) == 0
     assert run(["data", "stats", str(path), "--column", "force=Kanal X"]) == 2
-    assert "--column names 'kanal x', which is none of them" in capsys.readouterr().err
+    assert "--column names 'kanal x', which the file does not have" in capsys.readouterr().err
     assert run(["data", "stats", str(path), "--column", "power=Kanal A"]) == 2
     assert "expected ROLE=NAME, ROLE one of" in capsys.readouterr().err
 

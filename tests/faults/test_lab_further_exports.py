@@ -134,7 +134,7 @@ REJECTED = {
         "bias-extension", lambda: text(lines(
             ["Standard force [N]", "Standard travel [mm]"], (F / 10.0, 10.0 * TRAVEL),
             head=[["Specimen width", "100", "mm"], HEAD[1], ["Gauge length, standard travel", "100", "mm"]],
-        )), "which is it",
+        )), "gauge length of 100 mm",
     ),
 }
 # fmt: on

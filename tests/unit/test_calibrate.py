@@ -154,7 +154,7 @@ targets: [{test: pull, curve: own.csv}]
     assert calibrate(text, tmp_path, monkeypatch, pool) == 0
     assert values(tmp_path)[0] == pytest.approx(1.7, rel=1e-3)
     assert outcome(tmp_path)["targets"][0]["source"] == (
-        "own.csv (measured)" if width == 50 else "own.csv (measured; for 50 instead of 100 mm)"
+        "own.csv (measured)" if width == 50 else "own.csv (measured; scaled from 100 to 50 mm)"
     )
 
 

@@ -63,7 +63,7 @@ def test_peak_and_rmse_of_a_scaled_curve():
 
 @pytest.mark.parametrize(
     ("x", "y", "words"),
-    [(X[:1], Y[:1], "1 points"), (X, np.full_like(Y, 3.0), "constant"), (X + 5.0, Y, "no range")],
+    [(X[:1], Y[:1], "1 points"), (X, np.full_like(Y, 3.0), "constant"), (X + 5.0, Y, "no common range")],
 )
 def test_not_comparable_is_said_and_never_scored(x, y, words):
     result = compare_curves(x, y, reference())
@@ -86,11 +86,11 @@ def test_a_stated_peak_is_judged_where_the_mean_curve_ends_before_it():
         (
             0.01 * X,
             Y,
-            "strain_pct at the peak is 0.016 % in the reference (it looks like a fraction: 1.6 %), 1.6 simul",
+            "strain_pct at the peak is 0.016 % in the reference (it looks like a fraction: 1.6 %), 1.6 in the run",
         ),
-        (X, 1e-3 * Y, "force_n at the peak is 5.8 N in the reference (it looks like kN: 5800 N), 5800 simulated"),
+        (X, 1e-3 * Y, "force_n at the peak is 5.8 N in the reference (it looks like kN: 5800 N), 5800 in the run"),
         (0.01 * X, 1e-3 * Y, "kN: 5800 N"),
-        (X, 1e6 * Y, "force_n at the peak is 5.8e+09 N in the reference, 5800 simulated"),
+        (X, 1e6 * Y, "force_n at the peak is 5.8e+09 N in the reference, 5800 in the run"),
     ],
 )
 def test_other_units_are_not_comparable(x, y, words):

@@ -39,9 +39,12 @@ def test_reconstructed_curve_ends_at_the_published_point_and_rises(case):
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        ("strain,force\n0,0\n1,1\n", "a strain without a unit"),
-        ("a,b\n0,0\n1,1\n", "no row names a force"),
-        ("Dehnung [%];Kraft;Dehnung [%];Kraft\n0;0;0;0\n1;1;1;1\n", "2 specimens; knittest data import"),
+        ("strain,force\n0,0\n1,1\n", "has no unit of strain"),
+        ("a,b\n0,0\n1,1\n", "no header row names a force"),
+        (
+            "Dehnung [%];Kraft;Dehnung [%];Kraft\n0;0;0;0\n1;1;1;1\n",
+            "2 specimens; average them with knittest data import",
+        ),
         ("# kind: measured\n# peak_force_n: x\n# fracture_strain_pct: 1\nstrain_pct,force_n\n0,0\n1,1\n", "'x'"),
         ("# kind: guessed\nstrain_pct,force_n\n0,0\n1,1\n", "guessed"),
         ("# kind: measured\nstrain_pct,force_n\n0,0\n1,x\n", ":4:"),
@@ -65,7 +68,7 @@ def test_a_plain_curve_is_read_as_a_laboratory_writes_it_and_taken_as_measured(t
     assert (loaded.kind, loaded.x_name, loaded.y_name) == ("measured", "strain_pct", "force_n")
     assert list(loaded.mean) == [0.0, 1250.0, 5800.0]
     assert loaded.peak == (1.5, 5800.0)
-    assert "taken as measured" in loaded.note
+    assert "counts as measured" in loaded.note
 
 
 def specimens():

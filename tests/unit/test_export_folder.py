@@ -176,7 +176,7 @@ def _killed_run(path: Path) -> int:
 def test_a_killed_runs_folder_is_taken_over_and_explained(tmp_path: Path, run: Run) -> None:
     dead = _killed_run(tmp_path / "r")
     with make(tmp_path / "r", run) as folder:
-        assert f"process {dead} on" in folder.notice and "died without finishing" in folder.notice
+        assert f"process {dead} on" in folder.notice and "ended without completing" in folder.notice
     kept = {str(file.relative_to(tmp_path / "r")) for file in (tmp_path / "r").rglob("*") if file.is_file()}
     assert kept == {"manifest.json", "config.yaml", "log.jsonl"}
 

@@ -114,7 +114,7 @@ def labels(figure) -> list[str]:
         ("measured", "measured (lab.csv)"),
         ("digitised", "digitised (lab.csv)"),
         ("reconstructed", "reconstructed (lab.csv)"),
-        ("simulated", "simulated elsewhere (lab.csv)"),
+        ("simulated", "another simulation (lab.csv)"),
         ("input", "input of the model (lab.csv)"),
     ],
 )
@@ -143,7 +143,7 @@ def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest
     specimens = [curve(peak) for peak in (5000.0, 5500.0, 6000.0)]
     curves.curve_picture(Path("x.png"), specimens, title="t", corridor=corridor)
     assert labels(kept[0]) == [
-        "3 simulated specimens, circles: their peaks",
+        "3 simulated specimens (circles: peaks)",
         "simulated, ± sd",
         "simulated, mean up to the earliest peak",
         "simulated peaks 5500 ± 500 N at 1.60 ± 0.02 %",
@@ -177,7 +177,7 @@ def test_shaded_is_what_is_not_judged_and_nothing_lies_over_it_or_is_cut(monkeyp
         np.testing.assert_allclose(edges, [time[0], begin, time[160], time[-1]], atol=1e-9)
         legend = axes.get_legend().get_window_extent()
         assert legend.x0 >= axes.get_window_extent().x1 and legend.x1 <= figure.bbox.x1
-    assert "not judged" in figure.axes[1].get_legend().get_texts()[-1].get_text()
+    assert "not evaluated" in figure.axes[1].get_legend().get_texts()[-1].get_text()
 
 
 def test_files_are_pictures_and_no_window_system_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

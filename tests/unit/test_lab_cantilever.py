@@ -68,23 +68,23 @@ def test_the_angle_is_stated_or_that_of_the_standard(tmp_path):
     (strip,) = CANTILEVER.read(table(tmp_path, text), V1)
     assert strip.overhang == pytest.approx(171.0 * at_standard_angle(45.0)) and strip.overhang < 171.0
     assert "by the heavy elastica" in "".join(CANTILEVER.lines([strip]))
-    with pytest.raises(InputError, match=r"angle of the plane of 45 deg, --plane-angle says 41\.5 deg"):
+    with pytest.raises(InputError, match=r"angle of the plane 45 deg, but --plane-angle is 41\.5 deg"):
         CANTILEVER.read(table(tmp_path, text), Given(sizes={**V1.sizes, "plane_angle_deg": 41.5}))
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("overhang\n171\n", ":1: column 'overhang': a length without a unit"),
+        ("overhang\n171\n", ":1: column 'overhang' has no unit of length"),
         ("bending length [mm]\n85\n", ":1: a bending length is half the overhang"),
         ("Probe;Biegelänge [cm]\n1;8,5\n", "half the overhang"),
         ("overhang [mm]\n171\nabc\n", ":3: 'abc' is not a number"),
         ("overhang [mm];note\n;none\n", ":2: no overhang|no overhang lengths"),
         ("overhang [mm]\n1.71\n", ":2: overhang 1.71 mm: implausible, expected 5 to 1000 mm"),
-        ("overhang [mm]\n171\n17.2\n168\n", r"a\.csv: specimen a-2: overhang 17\.2 mm, the median of the other 2"),
+        ("overhang [mm]\n171\n17.2\n168\n", r"a\.csv: specimen a-2: overhang 17\.2 mm and the median of the other 2"),
         ("Probe;overhang [mm]\n1;171\n1;17,2\n", "specimen a-1: overhang"),
-        ("overhang [mm]\n171,5\n", ":2: 2 cells below 1 columns: is the delimiter also the decimal mark"),
-        ("force;travel\n1;2\n", "no row names an overhang length"),
+        ("overhang [mm]\n171,5\n", ":2: 2 cells below 1 columns; export with a delimiter that is not the decimal mark"),
+        ("force;travel\n1;2\n", "no header row names an overhang length"),
     ],
 )
 def test_refused_with_the_row(tmp_path, text, words):
@@ -120,10 +120,10 @@ def test_the_table_and_the_part_of_the_fabric(tmp_path):
         and "824.2 g/m2" in field["ref"]
         and field["value"] == pytest.approx(per_width.mean)
     )
-    with pytest.raises(InputError, match="imported as warp: of which direction"):
+    with pytest.raises(InputError, match="has the same curves, imported as warp"):
         CANTILEVER.write(strips, out, "weft", ["a.csv"])
     stated = CANTILEVER.read(table(tmp_path, "overhang [mm]\n171\n165\n", "weft.csv"), V1)
-    with pytest.raises(InputError, match=r"weft\.csv: its name says weft, --direction says warp"):
+    with pytest.raises(InputError, match=r"weft\.csv: the file name states weft, but --direction is warp"):
         CANTILEVER.write(stated, out, "warp", ["weft.csv"])
 
 
@@ -158,7 +158,7 @@ def test_overhangs_of_two_masses_are_not_one_fabric(tmp_path):
         CANTILEVER.write(CANTILEVER.read(path, given), out, direction, [path.name])
     assert yaml.safe_load((out / "fabric.yaml").read_text())["area_mass"]["value"] == 710.0
     other = CANTILEVER.read(table(tmp_path, "overhang [mm]\n150\n165\n"), Given(sizes={"area_mass_g_m2": 900.0}))
-    with pytest.raises(InputError, match=r"a\.csv: .*area mass of 900 g/m2, .*cantilever-warp has 700"):
+    with pytest.raises(InputError, match=r"a\.csv: .*area mass 900 g/m2, but .*cantilever-warp has 700"):
         CANTILEVER.write(other, out, "weft", ["a.csv"])
 
 

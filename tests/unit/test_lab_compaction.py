@@ -40,7 +40,7 @@ def test_thickness_at_the_pressures_of_a_run(tmp_path):
 def test_units_are_read_and_a_pressure_without_one_is_refused(tmp_path, unit, factor):
     path = export(tmp_path / "a.csv", head=f"thickness;pressure [{unit}]\n", factor=factor)
     assert LAB.read(path, Given())[0].pressure[-1] == pytest.approx(1000.0)
-    with pytest.raises(InputError, match=r"a\.csv:1: column 'pressure': a pressure without a unit"):
+    with pytest.raises(InputError, match=r"a\.csv:1: column 'pressure' has no unit of pressure"):
         LAB.read(export(tmp_path / "a.csv", head="thickness;pressure\n"), Given())
 
 

@@ -89,7 +89,7 @@ def test_units_of_both_columns_count(tmp_path, head, gain, travel):
 
 def test_a_pull_counted_negative_turns_the_loop_round_and_not_its_loss(tmp_path):
     path = export(tmp_path / "a.csv", gain=-1.0)
-    with pytest.raises(InputError, match="with a pull counted as positive: compression, or the other sign"):
+    with pytest.raises(InputError, match="but tension counts as positive; give --sign negative"):
         cycles(path)
     assert cycles(path, sign="negative")[0].loss == pytest.approx(LOSS, rel=4e-3)
 

@@ -20,7 +20,7 @@ def test_a_file_of_another_test_is_no_strip(tmp_path, monkeypatch, capsys, comma
     """With sizes of a strip a pull between plates was a tensile test of 1.5 %: silently wrong."""
     monkeypatch.chdir(tmp_path)
     assert run(["data", *command, str(LAB / name), *sizes]) == 2
-    assert f"{name}: looks like a {test} test: give --test {test}" in capsys.readouterr().err
+    assert f"{name}: looks like a {test} test; give --test {test}" in capsys.readouterr().err
     assert not Path("data").exists()
 
 
@@ -28,9 +28,9 @@ def test_a_file_without_a_head_is_known_by_its_name(tmp_path, capsys):
     path = tmp_path / "rahmen-1.csv"
     path.write_text("Weg [mm];Kraft [N]\n0;0\n5;1\n10;2\n")
     assert run(["data", "stats", str(path)]) == 2
-    assert "is it a picture-frame test? (--test picture-frame)" in capsys.readouterr().err
+    assert "for a picture-frame test, give --test picture-frame" in capsys.readouterr().err
     assert run(["data", "stats", str(LAB / "friction-1.csv"), "--test", "cantilever"]) == 2
-    assert "is it a friction test? (--test friction)" in capsys.readouterr().err
+    assert "for a friction test, give --test friction" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("path", STRIPS, ids=lambda path: path.name)

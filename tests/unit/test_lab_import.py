@@ -73,7 +73,7 @@ def test_strips_that_were_measured_one_by_one_count_as_of_their_mean_width(tmp_p
     LAB.write(series, tmp_path / "mine", "warp", ["a.csv"])
     peak, _, width, _ = rows(tmp_path / "mine")
     assert (peak.mean, width.mean) == pytest.approx((1e4, 100.0)) and peak.sd == pytest.approx(0.0, abs=1e-6)
-    with pytest.raises(InputError, match=r"b\.csv: a strip width of 50 mm, a\.csv has 100 mm: import series"):
+    with pytest.raises(InputError, match=r"b\.csv: strip width 50 mm, but a\.csv has 100 mm; import series"):
         LAB.write(
             [strip(width=100.0, path="a.csv"), strip("s1", 1.6, 3e3, 50.0, path="b.csv")], tmp_path / "x", "warp", []
         )
@@ -121,16 +121,16 @@ def test_an_import_replaces_only_what_an_import_wrote(tmp_path):
     assert (out / "SOURCE.md").read_text(encoding="utf-8") == "tested by me"
     for foreign in ("warp/notes.txt", "thesis.csv"):
         (out / foreign).write_text("mine", encoding="utf-8")
-        with pytest.raises(InputError, match=f"holds {foreign}, which"):
+        with pytest.raises(InputError, match=f"contains {foreign}, not"):
             LAB.write(specimens(), out, "warp", ["c.csv"])
         (out / foreign).unlink()
     statistics = (out / "warp/statistics.json").read_text()
     (out / "warp/statistics.json").write_text('{"kind": "measured"}')
-    with pytest.raises(InputError, match="import those files anew"):
+    with pytest.raises(InputError, match="import the files again"):
         LAB.write(specimens(), out, "weft", ["c.csv"])
     (out / "warp/statistics.json").write_text(statistics)
     (out / "warp/statistics.json").unlink()
-    with pytest.raises(InputError, match=r"holds warp/corridor\.csv"):
+    with pytest.raises(InputError, match=r"contains warp/corridor\.csv"):
         LAB.write(specimens(), out, "warp", ["c.csv"])
     with pytest.raises(InputError, match="is a file"):
         LAB.write(specimens(), out / "SOURCE.md", "warp", ["c.csv"])
@@ -138,10 +138,10 @@ def test_an_import_replaces_only_what_an_import_wrote(tmp_path):
 
 def test_a_file_of_the_other_direction_is_refused_unless_the_option_is_trusted(tmp_path):
     stated = [strip("s0", said=Said("weft", "a.csv:1")), strip("s1", 1.6, 6e3)]
-    with pytest.raises(InputError, match=r"a\.csv:1 says weft, --direction says warp"):
+    with pytest.raises(InputError, match=r"a\.csv:1 states weft, but --direction is warp"):
         LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"])
     LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)
-    with pytest.raises(InputError, match="imported as warp: of which direction are they"):
+    with pytest.raises(InputError, match="has the same curves, imported as warp"):
         LAB.write(stated[1:], tmp_path / "mine", "weft", ["a.csv"], trusted=True)
     LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)  # again, the same way
 
@@ -150,7 +150,7 @@ def test_the_copy_of_a_specimen_is_refused_whatever_its_delimiter(tmp_path):
     (tmp_path / "a.csv").write_text("b0;100;mm\nDehnung [%];Kraft\n0;0\n1,5;6000\n")
     (tmp_path / "b.csv").write_text("width [cm],10\nstrain [%],force [kN]\n0,0\n1.5,6.0\n")
     both = [s for name in ("a.csv", "b.csv") for s in read_lab(tmp_path / name)]
-    with pytest.raises(InputError, match="specimens a and b: the same curve twice"):
+    with pytest.raises(InputError, match="specimens a and b have the same curve"):
         LAB.write(both, tmp_path / "mine", "warp", ["a.csv", "b.csv"])
 
 

@@ -65,14 +65,14 @@ def test_units_of_all_columns_count(tmp_path, head, factors):
     [
         (
             "Weg [mm];freies Ende [mm];Kraft",
-            r"a\.csv:1: column 'Kraft': a force without a unit: write 'Kraft \[N\]', or kN",
+            r"a\.csv:1: column 'Kraft' has no unit of force; write 'Kraft \[N\]', or kN",
         ),
-        ("Weg;freies Ende [mm];Kraft [N]", "column 'Weg': a length without a unit"),
-        ("Weg [mm];freies Ende;Kraft [N]", "column 'freies Ende': a length without a unit"),
+        ("Weg;freies Ende [mm];Kraft [N]", "column 'Weg' has no unit of length"),
+        ("Weg [mm];freies Ende;Kraft [N]", "column 'freies Ende' has no unit of length"),
         ("Weg [cm];freies Ende [mm];Kraft [N]", "its clamp goes 197.*its free end 19.7.* mm: expected about the same"),
         ("Weg [mm];freies Ende [mm];Kraft [kN]", r"are 20 and 20 N a crossing|implausible"),
         ("Weg [mm];freies Ende [mm];Kraft [kgf]", None),
-        ("Weg [mm];freies Ende [mm];Druck [N]", "no row names a force and a displacement"),
+        ("Weg [mm];freies Ende [mm];Druck [N]", "no header row names a force and a displacement"),
     ],
 )
 def test_units_that_are_missing_or_cannot_be_are_refused(tmp_path, head, said):
@@ -101,7 +101,7 @@ def test_ways_in_another_unit_do_not_fit_the_embedded_length(tmp_path):
 
 def test_a_force_counted_the_other_way_is_asked_about(tmp_path):
     path = export(tmp_path / "a.csv", factors=(-1.0, -1.0, -1.0))
-    with pytest.raises(InputError, match="with a pull counted as positive: compression, or the other sign"):
+    with pytest.raises(InputError, match="but tension counts as positive; give --sign negative"):
         pull(export(tmp_path / "b.csv", factors=(1.0, 1.0, -1.0)))
     assert found(pull(path, sign="negative"))["crossing_friction_n"] == pytest.approx([FRICTION], rel=1e-3)
 
@@ -133,7 +133,7 @@ def test_a_yarn_that_breaks_is_none_that_slides(tmp_path):
 def test_a_preload_is_held_against_the_force_at_rest(tmp_path):
     """0.05 N are 4 % of the largest force, and 18 % of that at which the inlay lets go."""
     path = export(tmp_path / "a.csv", wave=3.0, preload=0.05)
-    with pytest.raises(InputError, match=r"starts with a force of 0\.0\d+ N, the inlay lets go at 0\.3\d+ N"):
+    with pytest.raises(InputError, match=r"the force starts at 0\.0\d+ N \(the inlay lets go at 0\.3\d+ N"):
         pull(path)
     assert found(pull(path, preload="subtract"))["crossing_friction_n"] == pytest.approx([2.5 * FRICTION], rel=0.03)
     assert found(pull(path, preload="keep"))["pull_out_at_rest_n"] == pytest.approx([0.33], rel=0.02)
@@ -153,7 +153,7 @@ def test_what_the_force_hangs_on_must_be_known(tmp_path):
     with pytest.raises(InputError, match="which edges of the piece were clamped"):
         pull(path, clamped=None)
     path.write_text(f"embedded length: 5 cm\nCrossing density;2,8;yarn/mm\n{path.read_text()}")
-    with pytest.raises(InputError, match="unit 'yarn/mm': expected one of yarn/100 mm, yarn/cm, yarn/inch"):
+    with pytest.raises(InputError, match="has the unit 'yarn/mm'; expected one of yarn/100 mm, yarn/cm, yarn/inch"):
         pull(path, sizes={})
     path.write_text(path.read_text().replace("2,8;yarn/mm", "28;yarn/cm"))
     with pytest.raises(InputError, match="Crossing density 280: implausible"):
@@ -167,8 +167,8 @@ def test_inlays_of_another_unit_copies_and_other_lengths_are_no_series(tmp_path)
     one, two = pull(export(tmp_path / "a.csv")), pull(export(tmp_path / "e.csv", friction=0.021))
     for other, said in (
         (pull(export(tmp_path / "b.csv", friction=0.2)), r"b\.csv: specimen b: force while it slides 2\."),
-        (replace(one, name="c"), "specimens a and c: the same curve twice"),
-        (replace(pull(export(tmp_path / "d.csv", noise=0.01)), length=30.0), "an embedded length of 30 mm"),
+        (replace(one, name="c"), "specimens a and c have the same curve"),
+        (replace(pull(export(tmp_path / "d.csv", noise=0.01)), length=30.0), "embedded length 30 mm"),
     ):
         with pytest.raises(InputError, match=said):
             found(one, two, other)

@@ -186,7 +186,7 @@ def test_tools_that_do_not_fit_each_other_are_refused():
         build_tools(
             Stamp(t=TStamp(draft_angle=18.0)), Die(clearance=0.1, edge_radius=0.2), None, DEPTH, THICKNESS, blank
         )
-    with pytest.raises(InputError, match="within the blank"):
+    with pytest.raises(InputError, match="less than the blank"):
         build_tools(Stamp(kind="hemisphere", hemisphere=DomeStamp(radius=160.0)), Die(), None, 30.0, THICKNESS, blank)
     with pytest.raises(ValidationError, match="stl: missing"):
         Stamp(kind="stl")

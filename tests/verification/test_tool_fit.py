@@ -186,7 +186,7 @@ def test_a_set_beyond_the_blank_is_rejected_with_the_unit(meshes, tmp_path, monk
 
 
 def test_files_far_too_small_are_rejected_with_the_units(meshes, tmp_path):
-    with pytest.raises(InputError, match=r"0\.05\d+ mm across on a blank of 120 mm; another unit\? .* 1000 for metres"):
+    with pytest.raises(InputError, match=r"size 0\.05\d+ mm on a blank of 120 mm; .* 1000 for metres"):
         by_files({name: mesh.moved((0.0, 0.0, 0.0), 1e-3) for name, mesh in meshes.items()}, tmp_path)
 
 
