@@ -50,17 +50,13 @@ class PlanField:
 
 
 def symmetric(values: Array, spanned: float = SPANNED) -> tuple["Normalize", str]:
-    """Colours about 0 that span ``spanned`` % of ``values`` (n,), and which ends of their bar are cut, as matplotlib
-    has it.
-    """
+    """Colours about 0 that span ``spanned`` % of ``values`` (n,), and the open ends of their bar for matplotlib."""
     from matplotlib.colors import Normalize
 
     known = values[np.isfinite(values)]
     most = max(float(np.percentile(np.abs(known), spanned)) if known.size else 0.0, 1e-9)
     over, under = bool((known > most).any()), bool((known < -most).any())
-    return Normalize(-most, most), {(True, True): "both", (True, False): "max", (False, True): "min"}.get(
-        (over, under), "neither"
-    )
+    return Normalize(-most, most), ("neither", "min", "max", "both")[2 * over + under]
 
 
 def fields_picture(path: Path, fields: Sequence[PlanField], *, title: str, label: str) -> None:
@@ -84,7 +80,11 @@ def fields_figure(fields: Sequence[PlanField], *, title: str, label: str) -> "Fi
     if len(fields) > 1:
         _differences(sheet, fields, label)
     top = BOTTOM + sheet.tall if len(fields) > 1 else BOTTOM - 0.4
-    sheet.figure.text(sheet.x(0.2), sheet.y(top), _note(fields, cut), fontsize=8.5, color=GREY, va="top")
+    notes = [f"largest absolute values: {', '.join(f'{np.nanmax(np.abs(f.value)):.3g}' for f in fields)}"]
+    notes += [f"colours span {SPANNED:g} % of the values"] if cut != "neither" else []
+    notes += ["differences only where both blanks are present"] if len(fields) > 1 else []
+    note = "\n".join(textwrap.fill(one, NOTE) for one in notes)
+    sheet.figure.text(sheet.x(0.2), sheet.y(top), note, fontsize=8.5, color=GREY, va="top")
     return sheet.figure
 
 
@@ -143,15 +143,6 @@ def _differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None
     sheet.bar(drawn, 1, cut, f"difference: {label}")
 
 
-def _note(fields: Sequence[PlanField], cut: str) -> str:
-    said = [f"largest absolute values: {', '.join(f'{np.nanmax(np.abs(f.value)):.3g}' for f in fields)}"]
-    if cut != "neither":
-        said.append(f"colours span {SPANNED:g} % of the values")
-    if len(fields) > 1:
-        said.append("differences only where both blanks are present")
-    return "\n".join(textwrap.fill(one, NOTE) for one in said)
-
-
 def _draw(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
     known = np.isfinite(field.value)
     side = 72.0 * PANEL * field.spacing / (axes.get_xlim()[1] - axes.get_xlim()[0])
@@ -185,8 +176,13 @@ def shear_field(
 
     ``norm`` of the colours ``cmap``; unless given, from the smallest to the largest value.
     """
+    from matplotlib.collections import PolyCollection
+
+    drawn: Collection
     if places.ndim == 3:
-        drawn: Collection = _patches(axes, places, value)
+        drawn = PolyCollection(list(places), array=value, edgecolors="face", linewidths=0.2)
+        axes.add_collection(drawn)
+        axes.autoscale_view()
     else:
         drawn = axes.scatter(places[:, 0], places[:, 1], c=value, s=POINT, linewidths=0)
     drawn.set_cmap(cmap)
@@ -194,13 +190,4 @@ def shear_field(
         drawn.set_norm(norm)
     axes.set_aspect("equal")
     axes.set(xlabel="across the load direction [mm]", ylabel="along the load direction [mm]")
-    return drawn
-
-
-def _patches(axes: "Axes", places: Array, value: Array) -> "Collection":
-    from matplotlib.collections import PolyCollection
-
-    drawn = PolyCollection(list(places), array=value, edgecolors="face", linewidths=0.2)
-    axes.add_collection(drawn)
-    axes.autoscale_view()
     return drawn

@@ -1,4 +1,4 @@
-"""The folder of a run: its lock, its name, the names of its files, and whether an existing folder may be used."""
+"""Run folders: lock, names of folder and files, and checks of existing folders."""
 
 import errno
 import fcntl
@@ -30,12 +30,16 @@ class RunLock:
         """Take the lock of ``folder``; raise :class:`ResourceError` when a living run holds it."""
         self.path = folder / LOCK_NAME
         try:
-            self._handle = self._open()
+            #: file descriptor that holds the lock, also in a process that inherits it
+            self.descriptor = self._open()
         except OSError as error:
             raise resource_error(self.path, error) from error
-        self.stale_owner = _describe(self._read())
+        self.stale_owner = _describe(os.pread(self.descriptor, 4096, 0))
+        owner = json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
         try:
-            self._write_owner()
+            os.ftruncate(self.descriptor, 0)
+            os.pwrite(self.descriptor, owner.encode().ljust(_PADDING), 0)
+            os.fsync(self.descriptor)
         except OSError as error:
             self.release()
             raise resource_error(self.path, error) from error
@@ -61,38 +65,24 @@ class RunLock:
                 raise
             os.close(handle)
 
-    def _read(self) -> bytes:
-        return os.pread(self._handle, 4096, 0)
-
-    def _write_owner(self) -> None:
-        owner = json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
-        os.ftruncate(self._handle, 0)
-        os.pwrite(self._handle, owner.encode().ljust(_PADDING), 0)
-        os.fsync(self._handle)
-
-    @property
-    def descriptor(self) -> int:
-        """File descriptor that holds the lock, also in a process that inherits it."""
-        return self._handle
-
     def give_room(self) -> None:
         """Hand the reserved blocks back to the disk, so that the last manifest finds room on a full one."""
         with suppress(OSError):
-            os.ftruncate(self._handle, 0)
-            os.fsync(self._handle)
+            os.ftruncate(self.descriptor, 0)
+            os.fsync(self.descriptor)
 
     def release(self) -> None:
         """Remove the lock file and free the lock; harmless when called twice."""
-        if self._handle < 0:
+        if self.descriptor < 0:
             return
         with suppress(OSError):
             self.path.unlink(missing_ok=True)
-        os.close(self._handle)
-        self._handle = -1
+        os.close(self.descriptor)
+        self.descriptor = -1
 
 
 def is_locked(folder: Path) -> bool:
-    """Tell whether a process holds the lock of ``folder``."""
+    """Return whether a process holds the lock of ``folder``."""
     try:
         handle = os.open(folder / LOCK_NAME, os.O_RDONLY | os.O_NOFOLLOW)
     except OSError:
@@ -107,7 +97,7 @@ def is_locked(folder: Path) -> bool:
 
 
 def _describe(content: bytes) -> str | None:
-    """``process 123 on host`` from the content of a lock; None when it is empty."""
+    """Return ``process 123 on host`` from the content of a lock; None if it is empty."""
     if not content.strip():
         return None
     try:
@@ -118,14 +108,14 @@ def _describe(content: bytes) -> str | None:
         return "an unknown process"
 
 
-#: subfolder for them
+#: subfolder for copied data
 DATA_FOLDER = "data"
 
 
 def kept_beside(text: str, folder: Path, name: str) -> str:
-    """``text`` for a file or folder of the shipped data, else a copy of it in ``folder`` under :data:`DATA_FOLDER`.
+    """Copy the file or the tables of the folder ``text`` to :data:`DATA_FOLDER` in ``folder``, unless it is shipped.
 
-    Of a folder the tables are copied. Raises :class:`ResourceError`.
+    Returns the path to use. Raises :class:`ResourceError`.
     """
     if not Path(text).is_absolute() and (data_dir() / text).exists():
         return text
@@ -150,7 +140,7 @@ CHECKPOINTS = "checkpoint-*.npz"
 #: files of every run besides
 OWN_FILES = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
 
-#: patterns of what commands add to a finished run, and of what a run holds on its way
+#: patterns of files that commands add to a finished run, and of files of a run in progress
 ADDED = ("compare.*", "film.*", "report-*", "tables.xlsx", "verify", "frames", CHECKPOINTS, ".*.tmp*")
 
 
@@ -205,7 +195,7 @@ def fresh_folder(path: Path) -> Path:
 
 
 def chosen_folder(path: Path) -> Path:
-    """Make the folder the user chose, or check that it is empty, a dead run's, or one's that its input stopped."""
+    """Make the folder ``path``, or check that it is empty or belongs to a dead run or one with an input error."""
     if os.path.lexists(path) and not path.is_dir():
         raise InputError(f"--out {path}: is a file; choose a new or empty folder")
     make_folder(path)
@@ -223,11 +213,11 @@ def chosen_folder(path: Path) -> Path:
 
 
 def clear_dead_run(path: Path, lock: RunLock) -> None:
-    """Remove the files of a run that is dead or had a bad input; refuse when there are others among them."""
+    """Remove the files of a run that died or had an input error; raises :class:`InputError` for other files."""
     names = {file.name for file in path.iterdir()} - {LOCK_NAME}
     if not names:
         return
-    if _completed(path):  # and killed before its lock was removed
+    if _ended(path)[0] == "completed":  # and killed before its lock was removed
         raise InputError(f"--out {path}: contains a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
     useless = fnmatch.filter(names, CHECKPOINTS) if of_bad_input(path) else []  # of another input
@@ -245,9 +235,9 @@ def clear_dead_run(path: Path, lock: RunLock) -> None:
 
 
 def remove_run(path: Path) -> None:
-    """Remove the run folder ``path`` and what plans it; links in it go, what they lead to stays.
+    """Remove the run folder ``path`` and its plan; links in it are removed, their targets are kept.
 
-    Raises :class:`InputError` for a link, for what is no run folder and for one with files that knittest did not write,
+    Raises :class:`InputError` for a link, another folder and files that knittest did not write, and
     :class:`ResourceError` while a process uses it. Then nothing is removed.
     """
     manifest = _manifest(path)
@@ -278,7 +268,7 @@ def remove_run(path: Path) -> None:
 
 
 def _is_of_run(file: Path) -> bool:
-    """Tell whether ``file`` of a run folder has the name of one that a command writes there."""
+    """Return whether ``file`` of a run folder has the name of a file that a command writes there."""
     names = {*OWN_FILES, *results_of_runs(), *tables_of_runs(), *files_of_incomplete_runs()}
     if file.name == "frames" and not file.is_symlink():
         return all(inner.suffix == ".vtu" for inner in file.iterdir())
@@ -286,23 +276,19 @@ def _is_of_run(file: Path) -> bool:
     return printed or file.name in names or any(fnmatch.fnmatch(file.name, pattern) for pattern in ADDED)
 
 
-def _completed(path: Path) -> bool:
-    return _ended(path)[0] == "completed"
-
-
 def of_bad_input(path: Path) -> bool:
-    """Tell whether a run ended in ``path`` because of its input, which its next start has corrected."""
+    """Return whether the run in ``path`` ended because of an input error."""
     return _ended(path) == ("failed", InputError.exit_code)
 
 
 def _ended(path: Path) -> tuple[object, object]:
-    """Status and exit code that the manifest in ``path`` states; nothing where there is none."""
+    """Return status and exit code of the manifest in ``path``; ``None`` if there is none."""
     manifest = _manifest(path)
     return manifest.get("status"), manifest.get("exit_code")
 
 
 def _manifest(path: Path) -> dict[str, object]:
-    """The manifest in ``path``, empty where there is none."""
+    """Return the manifest in ``path``; empty if there is none."""
     try:
         manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):

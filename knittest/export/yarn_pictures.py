@@ -1,6 +1,4 @@
-"""Pictures of yarns as shaded tubes: deformed.png, both faces coloured by force, and fabric.png of the relaxed
-fabric.
-"""
+"""Pictures of yarns as shaded tubes: deformed.png, both faces coloured by force, and the relaxed fabric."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,6 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+#: ends of a colour bar beyond which values lie
+Cut = Literal["neither", "both", "min", "max"]
 _COLOURS = ("#7b828a", "#f4cf6a", "#f08c3a", "#d3322f", "#7c0f36")
 _GROUND = "#23282e"
 _MARK = "#19e3ff"
@@ -56,6 +56,8 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
     Beams are tubes of their own diameter, failed ones are left out, and two windows of 20 x 20 mm show the fracture;
     shells are quads with deleted ones left out. ``direction`` is that of the pull. Raises :class:`ResourceError`.
     """
+    from matplotlib.patches import Rectangle
+
     before = history.at_peak
     frames = (before, history.frames[-1])
     start = history.frames[0].position
@@ -72,14 +74,18 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
         axes.set_title(_caption(frame, float(history.curve["force_n"].max()), broken=number == 1), fontsize=9.5)
         axes.set_xlabel("across [mm]", fontsize=9)
         if zooms:
-            window = _window(_fracture(history.mesh, frames[1], position), box)
-            _draw(windows[number], history.mesh, frame, position, colour, window)
-            _mark_window(axes, windows[number], window, _ORDER[number])
-            _mark_breaks(axes, history.mesh, frame, position)
+            view = _window(_fracture(history.mesh, frames[1], position), box)
+            window, corner = windows[number], (view.left, view.bottom)
+            _draw(window, history.mesh, frame, position, colour, view)
+            axes.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
+            window.set_title(f"detail of the {_ORDER[number]}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm", fontsize=9.5)
+            window.yaxis.tick_right()
+            # a cross on each break of an inlay: a gap of a millimetre is hard to find in a whole strip
+            middle = position[history.mesh.cells[_broken_inlays(history.mesh, frame)]].mean(axis=1)
+            axes.plot(middle[:, 0], middle[:, 1], "x", color=_MARK, markersize=4.5, markeredgewidth=1.3)
     strips[0].set_ylabel(f"along the {direction} [mm]", fontsize=9)
-    _colour_bar(figure, scale, _cut(scale, [frame.fields[force][frame.fields["alive"] > 0] for frame in frames]))
-    figure.text(0.02, 0.975, title, fontsize=12, va="top")
-    save(figure, path)
+    cut = _cut(scale, [frame.fields[force][frame.fields["alive"] > 0] for frame in frames])
+    _finish(figure, path, title, scale, cut)
 
 
 def _pulled_axis(start: Array, pulled: Array) -> int:
@@ -118,11 +124,13 @@ def _bounds(before: Array, broken: Array) -> View:
     margin = 0.1 * (high - low).min()
     low = np.maximum(np.fmin(low, broken[:, :2].min(axis=0)), low - margin) - 1.5
     high = np.minimum(np.fmax(high, broken[:, :2].max(axis=0)), high + margin) + 1.5
-    pixel = max(
-        float(np.sqrt((high - low).prod() / (_STRIP_PIXELS * present().pixels))),
-        _FINEST_PIXEL / present().pixels ** 0.5,
-    )
-    return View(low[0], high[0], low[1], high[1], pixel)
+    return _view(low, high, _STRIP_PIXELS, _FINEST_PIXEL)
+
+
+def _view(low: Array, high: Array, pixels: float, finest: float) -> View:
+    """View from ``low`` to ``high`` (2,) [mm] of at most ``pixels``, none smaller than ``finest`` [mm]."""
+    size = float(np.sqrt((high - low).prod() / (pixels * present().pixels)))
+    return View(low[0], high[0], low[1], high[1], max(size, finest / present().pixels ** 0.5))
 
 
 def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"]]:
@@ -196,22 +204,7 @@ def _window(centre: Array, box: View) -> View:
     return View(x - half, x + half, y - half, y + half, _ZOOM_MM / (_ZOOM_PIXELS * present().pixels ** 0.5))
 
 
-def _mark_window(strip: "Axes", window: "Axes", view: View, name: str) -> None:
-    from matplotlib.patches import Rectangle
-
-    corner = (view.left, view.bottom)
-    strip.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
-    window.set_title(f"detail of the {name}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm", fontsize=9.5)
-    window.yaxis.tick_right()
-
-
-def _mark_breaks(strip: "Axes", mesh: Mesh, frame: Frame, position: Array) -> None:
-    """A cross on each break of an inlay: a gap of a millimetre is hard to find in a whole strip."""
-    middle = position[mesh.cells[_broken_inlays(mesh, frame)]].mean(axis=1)
-    strip.plot(middle[:, 0], middle[:, 1], "x", color=_MARK, markersize=4.5, markeredgewidth=1.3)
-
-
-def _cut(scale: Scale, forces: Sequence[Array]) -> Literal["neither", "both", "min", "max"]:
+def _cut(scale: Scale, forces: Sequence[Array]) -> Cut:
     """Ends of the colour bar beyond which forces lie: a compressed yarn, or one that others left their load to."""
     found = np.concatenate(forces)
     low = bool(found.size and np.nanmin(found) < -_NEGLIGIBLE * scale.largest)
@@ -219,7 +212,8 @@ def _cut(scale: Scale, forces: Sequence[Array]) -> Literal["neither", "both", "m
     return "both" if low and high else "min" if low else "max" if high else "neither"
 
 
-def _colour_bar(figure: "Figure", scale: Scale, cut: Literal["neither", "both", "min", "max"]) -> None:
+def _finish(figure: "Figure", path: Path, title: str, scale: Scale, cut: Cut) -> None:
+    """Add colour bar and title, and save ``figure`` to ``path``."""
     from matplotlib.cm import ScalarMappable
 
     total_w, total_h = figure.get_size_inches()
@@ -227,6 +221,8 @@ def _colour_bar(figure: "Figure", scale: Scale, cut: Literal["neither", "both", 
     bar = figure.colorbar(ScalarMappable(scale.norm, scale.cmap), cax=axes, orientation="horizontal", extend=cut)
     bar.set_label(scale.label, fontsize=9)
     bar.ax.tick_params(labelsize=8)
+    figure.text(0.02, 0.975, title, fontsize=12, va="top")
+    save(figure, path)
 
 
 def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
@@ -252,30 +248,28 @@ _SHOWN = 98.0
 def faces_picture(
     path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str, axes_labels: tuple[str, str] = PLAN
 ) -> None:
-    """Draw the beams of ``frame`` from above and, turned about the vertical, from below, to ``path`` (PNG); x and y
-    have ``axes_labels``.
+    """Draw the beams of ``frame`` from above and from below, to ``path`` (PNG); x and y have ``axes_labels``.
 
-    Colours end at the force that 98 % of the beams stay below. Raises :class:`ResourceError`.
+    Colours span the forces of 98 % of the beams. Raises :class:`ResourceError`.
     """
     from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     force = frame.fields["axial_force"]
     largest = max(float(np.percentile(np.abs(force), _SHOWN)), 1e-6)
     norm, cmap = Normalize(-largest, largest, clip=True), colormaps["coolwarm"]
     colour = cmap(norm(force))[:, :3]
-    shown = frame.position[np.unique(mesh.cells)]  # images of a periodic cell are not
-    front = _view(shown, float(mesh.radius.max()))
+    shown = frame.position[np.unique(mesh.cells), :2]  # images of a periodic cell are not
+    free = min(_FREE * float(np.ptp(shown, axis=0).max()), 1.5) + float(mesh.radius.max())
+    front = _view(shown.min(axis=0) - free, shown.max(axis=0) + free, _PIXELS, _FINEST_FACE_PIXEL)
     size = np.array([front.right - front.left, front.top - front.bottom])
     tall = min(8.0, 12.0 / (2.0 * size[0] / size[1]))
     wide = tall * size[0] / size[1]
     figure = new_figure(2.0 * wide + 1.9, tall + 1.9)
     total = figure.get_size_inches()
     for k, (name, turn) in enumerate((("technical face", 1.0), ("back", -1.0))):
-        axes = figure.add_axes(
-            ((0.75 + k * (wide + 0.35)) / total[0], 1.1 / total[1], wide / total[0], tall / total[1])
-        )
+        left = (0.75 + k * (wide + 0.35)) / total[0]
+        axes = figure.add_axes((left, 1.1 / total[1], wide / total[0], tall / total[1]))
         view = front if turn > 0.0 else View(-front.right, -front.left, front.bottom, front.top, front.pixel)
         ends = (frame.position * [turn, 1.0, turn])[mesh.cells]
         image = render_tubes(ends[:, 0], ends[:, 1], mesh.radius, colour, view)
@@ -285,22 +279,9 @@ def faces_picture(
         axes.set_xlabel(axes_labels[0], fontsize=9)
         axes.tick_params(labelsize=8, labelleft=k == 0)
     figure.axes[0].set_ylabel(axes_labels[1], fontsize=9)
-    bar = figure.add_axes((0.75 / total[0], 0.5 / total[1], 1.0 - 1.5 / total[0], 0.13 / total[1]))
-    cut = "both" if np.abs(force).max() > largest else "neither"
-    figure.colorbar(ScalarMappable(norm, cmap), cax=bar, orientation="horizontal", extend=cut).set_label(
-        f"axial force of the yarn [N], scale covers {_SHOWN:g} % of the beams", fontsize=9
-    )
-    figure.text(0.02, 0.975, title, fontsize=12, va="top")
-    save(figure, path)
-
-
-def _view(position: Array, radius: float) -> View:
-    free = min(_FREE * float(np.ptp(position[:, :2], axis=0).max()), 1.5) + radius
-    low, high = position[:, :2].min(axis=0) - free, position[:, :2].max(axis=0) + free
-    pixel = max(
-        float(np.sqrt((high - low).prod() / (_PIXELS * present().pixels))), _FINEST_FACE_PIXEL / present().pixels ** 0.5
-    )
-    return View(low[0], high[0], low[1], high[1], pixel)
+    label = f"axial force of the yarn [N], scale covers {_SHOWN:g} % of the beams"
+    cut: Cut = "both" if np.abs(force).max() > largest else "neither"
+    _finish(figure, path, title, Scale(cmap, norm, label, largest), cut)
 
 
 _PIXEL = 0.02  # mm
@@ -324,11 +305,8 @@ def cell_picture(path: Path, cell: Cell, title: str) -> None:
     figure.suptitle(f"{title}: {width:.1f} x {height:.1f} mm, thickness {cell.thickness:.2f} mm")
     for axes, (name, about_x, about_y) in zip(figure.subplots(1, 3), _VIEWS, strict=True):
         turn = _turn(about_x, about_y)
-        axes.imshow(
-            render_tubes((start - middle) @ turn.T, (end - middle) @ turn.T, radius, colour, view),
-            origin="lower",
-            extent=view.extent,
-        )
+        image = render_tubes((start - middle) @ turn.T, (end - middle) @ turn.T, radius, colour, view)
+        axes.imshow(image, origin="lower", extent=view.extent)
         axes.set_title(name)
         axes.set_axis_off()
     figure.tight_layout()

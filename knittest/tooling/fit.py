@@ -50,8 +50,8 @@ class Clearance:
 class Fit:
     """Fit of tools: the stamp enters the die's opening by ``depth`` of ``asked`` [mm].
 
-    ``die`` and ``holder`` are the clearances of the stamp. ``problems`` are sentences on what is impossible, ``doubts``
-    on what is suspicious although the user has stated it.
+    ``die`` and ``holder`` are the clearances of the stamp. ``problems`` are messages on what is impossible, ``doubts``
+    on what is suspicious but stated by the user.
     """
 
     depth: float
@@ -86,14 +86,14 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
 
 
 def plan_problems(tools: ToolSet, stroke: Stroke) -> list[str]:
-    """Sentences on what height maps rule out, for ``tools`` that cannot be sampled."""
+    """Problems that height maps show, for ``tools`` that cannot be sampled."""
     return _Plan(tools, stroke).problems()
 
 
 def filled_share(tools: ToolSet, stroke: Stroke, cells: int) -> float:
-    """Share of the die's opening that the stamp fills, 0 where height maps rule the ``stroke`` out: without distances.
+    """Share of the die's opening that the stamp fills, by height maps; 0 if they show that the tools do not fit.
 
-    Edges are looked at only on maps of :data:`CELLS` cells.
+    Edges are checked only on maps of :data:`CELLS` cells.
     """
     plan = _Plan(tools, stroke, cells)
     impossible = plan.problems() or plan.gap < (1.0 - SHORT) * stroke.thickness
@@ -164,13 +164,25 @@ class _Plan:
 
     def problems(self) -> list[str]:
         """Sentences on what is impossible."""
+        found = []
         if not self._within_walls(self.between):
-            found = [f"The stamp does not enter an opening of the die: {self._share(self.between, 'die')}."]
+            found.append(f"The stamp does not enter an opening of the die: {self._share(self.between, 'die')}.")
         elif self.depth < ENTERED * self.stroke.depth:
-            found = [self._shallow()]
-        else:
-            found = []
-        return [*found, *self._problems_of_holder()]
+            found.append(self._shallow())
+        if self.holder is None:
+            return found
+        between = np.isfinite(self.holder.rim()) & self.entering
+        if self.entering.any() and not self._within_walls(between):
+            found.append(f"The stamp does not pass through an opening of the holder: {self._share(between, 'holder')}.")
+        gap = -self.holder.height - self.die.height
+        common = gap[self.holder.there & self.die.there]
+        pressed = float(np.mean(common < common.min() + self.stroke.thickness)) if common.size else 0.0
+        if pressed < PRESSED:
+            found.append(
+                f"The holder presses on {100.0 * pressed:.2g} % of the die's face, expected at least "
+                f"{100.0 * PRESSED:.0f} %."
+            )
+        return found
 
     def doubts(self) -> list[str]:
         """Sentences on what is suspicious."""
@@ -212,22 +224,6 @@ class _Plan:
             return "no part of it lies over the die"
         share = 100.0 * between.sum() / self.entering.sum()
         return f"{share:.0f} % of its area lies between walls of the {name}, expected at least {100.0 * BETWEEN:.0f} %"
-
-    def _problems_of_holder(self) -> list[str]:
-        if self.holder is None:
-            return []
-        between, found = np.isfinite(self.holder.rim()) & self.entering, []
-        if self.entering.any() and not self._within_walls(between):
-            found.append(f"The stamp does not pass through an opening of the holder: {self._share(between, 'holder')}.")
-        gap = -self.holder.height - self.die.height
-        common = gap[self.holder.there & self.die.there]
-        pressed = float(np.mean(common < common.min() + self.stroke.thickness)) if common.size else 0.0
-        if pressed < PRESSED:
-            found.append(
-                f"The holder presses on {100.0 * pressed:.2g} % of the die's face, expected at least "
-                f"{100.0 * PRESSED:.0f} %."
-            )
-        return found
 
 
 def _too_narrow(die: Clearance, holder: Clearance | None, thickness: float) -> list[str]:

@@ -22,11 +22,10 @@ Mask = NDArray[np.bool_]
 
 
 def mended(mesh: TriangleMesh, away: float, height: float) -> tuple[TriangleMesh, list[str]]:
-    """Closed body that ``mesh`` bounds, its triangles turning left seen from outside, and notes on what was changed.
+    """Closed body bounded by ``mesh``, with triangles that turn left seen from outside, and notes on changes.
 
-    Triangles are turned until neighbours agree. An open surface is taken for the skin of a body that goes on along z by
-    ``height`` [mm], upwards (``away`` = 1) or downwards (-1), away from the fabric: a copy of the skin closes it there.
-    Raises :class:`InputError` for a surface that is none.
+    Triangles are flipped until neighbours agree. An open surface is closed to a body that extends along z by ``height``
+    [mm], upwards (``away`` = 1) or downwards (-1), away from the fabric. Raises :class:`InputError` for any other one.
     """
     notes = []
     disagreeing = _disagreeing(mesh)
@@ -41,26 +40,20 @@ def mended(mesh: TriangleMesh, away: float, height: float) -> tuple[TriangleMesh
         mesh = mesh.turned()
         notes.append("all triangles faced inwards and were flipped")
     if skin:
-        mesh = _thickened(mesh, away * height)
+        corners, by = mesh.corners, np.array([0.0, 0.0, away * height])
+        begin, end = np.moveaxis(mesh.points[mesh.borders()], 1, 0)
+        sides = [np.stack([end, begin, begin + by], axis=1), np.stack([end, begin + by, end + by], axis=1)]
+        mesh = TriangleMesh.joined([corners, corners[:, ::-1] + by, *sides])
         way = "upwards" if away > 0.0 else "downwards"
         notes.append(f"an open surface, closed to a body that extends {height:.4g} mm {way}")
     return mesh, notes
 
 
-def _thickened(skin: TriangleMesh, shift: float) -> TriangleMesh:
-    """Body between ``skin`` and a copy of it moved along z by ``shift`` [mm]."""
-    corners, by = skin.corners, np.array([0.0, 0.0, shift])
-    begin, end = np.moveaxis(skin.points[skin.borders()], 1, 0)
-    sides = [np.stack([end, begin, begin + by], axis=1), np.stack([end, begin + by, end + by], axis=1)]
-    return TriangleMesh.joined([corners, corners[:, ::-1] + by, *sides])
-
-
 def _disagreeing(mesh: TriangleMesh) -> NDArray[np.bool_]:
-    """Triangles (m,) to turn so that all neighbours agree, the fewer of each connected part.
+    """Triangles (m,) to flip so that all neighbours agree, the fewer of each connected part.
 
-    Every triangle is two nodes of a graph, as it is and turned. Neighbours that agree join like with like, others like
-    with unlike; then a choice for one triangle is one component, and a part both of whose choices are one has one side
-    only (a Moebius strip).
+    Each triangle is two nodes of a graph, unchanged and flipped. Neighbours that agree connect equal states, others
+    opposite ones. If both states of a triangle are in one component, the surface is one-sided (a Moebius strip).
     """
     count, (a, b, differ) = len(mesh.triangles), _neighbours(mesh)
     rows, columns = np.concatenate([a, a + count]), np.concatenate([b + count * differ, b + count * ~differ])
@@ -74,7 +67,7 @@ def _disagreeing(mesh: TriangleMesh) -> NDArray[np.bool_]:
 
 
 def _neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_]]:
-    """Pairs of triangles at an edge, (n,) each, and whether both run along it the same way, which they must not."""
+    """Pairs of triangles at an edge, (n,) each, and whether both run along it in the same direction (wrong)."""
     edges = mesh.edges
     owner = np.tile(np.arange(len(mesh.triangles)), 3)
     low, high = edges.min(axis=1), edges.max(axis=1)
@@ -94,8 +87,8 @@ RIM = 10.0
 
 @dataclass(frozen=True)
 class Placement:
-    """Place of a file's body: its highest point (``away`` = -1) or its lowest (1) at ``face`` [mm], with the fabric, of
-    extent ``blank`` [mm] in x and y, up to ``height`` [mm] from there on its other side.
+    """Place of a file's body: highest (``away`` = -1) or lowest point (1) at ``face`` [mm]; the fabric, of lengths
+    ``blank`` [mm], comes up to ``height`` [mm] from there.
     """
 
     face: float
@@ -111,7 +104,12 @@ def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[Triang
     if stl.rotation is not None:
         mesh = mesh.rotated(stl.rotation)
     mesh = mesh.moved((stl.offset_x_mm, stl.offset_y_mm, 0.0), stl.scale)
-    _check_extent(path, mesh, place)
+    extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
+    if not SMALLEST * blank <= extent <= LARGEST * blank:
+        raise InputError(
+            f"{path}: size {extent:.3g} mm on a blank of {blank:g} mm; if the file is not in mm, set scale: 10 for "
+            "centimetres, 25.4 for inches, 1000 for metres, 0.001 for micrometres"
+        )
     try:
         body, notes = mended(mesh, place.away, 2.0 * place.height)  # its far side lies where nothing touches it
     except InputError as error:
@@ -140,15 +138,6 @@ def sampled_distance(tool: Tool, points: Array) -> Array:
     nearest = np.clip(place, 0.0, np.array(tool.samples.shape) - 1.0)
     within: Array = map_coordinates(tool.samples, nearest.T, order=1, mode="nearest")
     return within + spacing * np.linalg.norm(place - nearest, axis=1)
-
-
-def _check_extent(path: Path, mesh: TriangleMesh, place: Placement) -> None:
-    extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
-    if not SMALLEST * blank <= extent <= LARGEST * blank:
-        raise InputError(
-            f"{path}: size {extent:.3g} mm on a blank of {blank:g} mm; if the file is not in mm, set scale: 10 for "
-            "centimetres, 25.4 for inches, 1000 for metres, 0.001 for micrometres"
-        )
 
 
 #: cells along the longer side of the blank

@@ -1,4 +1,4 @@
-"""Changes of files that make tools fit: another rotation, another place, stamp and die swapped, another unit."""
+"""Changes of files that make tools fit: rotation, place, stamp and die swapped, unit."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -53,11 +53,11 @@ def axis_rotations() -> list[Degrees]:
 
 
 def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
-    """The smallest change of files with which ``tools`` fit, None where there is no such change.
+    """Find the smallest change of files with which ``tools`` fit; None if there is none.
 
-    Tried are files moved to the middle of the blank; stamp and die swapped; rotations of each tool, of two and of all
-    together, first those with which the stamp fills the die's opening best; other units; and rotations of tools that
-    are moved to the middle too. Each is tried on a coarse grid first.
+    Candidates: files moved to the middle of the blank; stamp and die swapped; rotations of one, two and all tools,
+    starting with those that fill the die's opening best; other units; rotations of centred tools. Each is tried on a
+    coarse grid first.
     """
     search = _Search(tools, stroke)
     groups = chain(
@@ -89,10 +89,8 @@ class _Search:
 
     def ranked(self, changes: list[Change]) -> list[Change]:
         """The ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
-        filled = [(self._filled(change, FEW_CELLS), k) for k, change in enumerate(changes)]
-        return [
-            changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 1), pair[1])) if share > 0.0
-        ]
+        filled = [(self._filled(change, FEW_CELLS), change) for change in changes]
+        return [change for share, change in sorted(filled, key=lambda pair: -round(pair[0], 1)) if share > 0.0]
 
     def centred(self) -> Iterator[Change]:
         away = {name: self._offset(self.tools.by_name[name]) for name in self.files}
@@ -141,8 +139,8 @@ class _Search:
         return 0.0 if tools is None else filled_share(tools, self.stroke, cells)
 
     def _groups(self) -> list[tuple[str, ...]]:
-        names = list(self.files)
-        return [group for size in range(1, len(names) + 1) for group in combinations(names, size)]
+        sizes = range(1, len(self.files) + 1)
+        return [group for size in sizes for group in combinations(self.files, size)]
 
     def _set(self, change: Change, coarsest: float) -> ToolSet | None:
         made = {}
