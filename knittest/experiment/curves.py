@@ -1,6 +1,7 @@
 """Reference curves from CSV files, and forces of strips and frames as what does not depend on the size."""
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, get_args
@@ -20,17 +21,16 @@ from knittest.materials.trellis import ANGLE, NORMALISED, normalised_force
 
 Array = NDArray[np.float64]
 
-#: angle [deg] below which a simulated frame's force is that of its start: at half its speed it halves there, the rest
-#: stays
+#: angle [deg] below which the force of a simulated frame is an effect of its start: it halves at half the speed
 START = 5.0
 #: names of the column of the force
 FORCES = ("force_n", NORMALISED)
 
 
 def read_shear(path: Path) -> tuple[Array, Array, str] | None:
-    """Shear angle [deg], force and the force's name, None if no column is named ``shear_angle_deg``.
+    """Read shear angle [deg], force and its name; None without a column ``shear_angle_deg``.
 
-    Any delimiter and decimal mark. Raises :class:`InputError` with the row for text, gaps and angles that do not rise.
+    Raises :class:`InputError` with the row for text, gaps and angles that do not rise.
     """
     rows = read_rows(path)
     head = next((k for k, (_, cells) in enumerate(rows) if ANGLE in cells), None)
@@ -50,9 +50,7 @@ def read_shear(path: Path) -> tuple[Array, Array, str] | None:
         raise InputError(f"{path}: {len(values)} points; at least three are needed")
     falls = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
     if len(falls):
-        raise InputError(
-            f"{path}:{body[falls[0] + 1][0]}: {ANGLE} must rise from row to row; keep only the first loading"
-        )
+        raise InputError(f"{path}:{body[falls[0] + 1][0]}: {ANGLE} must rise in each row; keep only the first loading")
     return values[:, 0], values[:, 1], force
 
 
@@ -66,11 +64,10 @@ TAKEN = "the file has no '# kind:' line and counts as measured"
 
 @dataclass(frozen=True)
 class ReferenceCurve:
-    """Curve ``mean`` over ``x``, (n,) each, with its scatter ``sd`` if known; names hold the units.
+    """Curve ``mean`` over ``x``, (n,) each, with its scatter ``sd`` if known; names contain the units.
 
-    ``stated_peak`` is the mean of the specimens' own peaks (x, y), where the mean curve ends before it; ``note`` says
-    what was taken for granted, or how it was scaled; ``conditions`` are those of the test, ``file`` where it was read;
-    ``doubt`` is why nothing is rated against it.
+    ``stated_peak`` is the mean peak (x, y) of the specimens if the mean curve ends before it; ``note`` states
+    assumptions and scaling; ``conditions`` are those of the test; ``doubt`` is the reason why nothing is rated.
     """
 
     kind: Kind
@@ -88,7 +85,7 @@ class ReferenceCurve:
 
     @property
     def peak(self) -> tuple[float, float]:
-        """Peak (x, y) to judge by: the stated one, or that of the curve."""
+        """Peak (x, y) for comparisons: the stated one, or that of the curve."""
         top = int(np.argmax(self.mean))
         return self.stated_peak or (float(self.x[top]), float(self.mean[top]))
 
@@ -107,10 +104,9 @@ def located(path: Path) -> Path:
 def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     """Read a curve CSV: ``# kind: ...`` comment lines, a header row, then x, y and optionally the sd of y.
 
-    Lines such as ``# strip_width_mm: 50`` state the conditions of the test; ``given`` adds what they leave open, as
-    does a file or folder named after a direction. A file without ``# kind`` is read as a laboratory's, with either
-    decimal mark, and taken as measured. Raises :class:`InputError` naming file and line for an unknown kind or
-    condition, one that ``given`` contradicts, text, NaN or an x that does not rise.
+    Lines such as ``# strip_width_mm: 50`` state the conditions of the test; ``given`` and a file or folder named after
+    a direction add others. A file without ``# kind`` is read as a laboratory file and counts as measured. Raises
+    :class:`InputError` with file and line for an unknown kind, contradicting conditions, text, NaN or a falling x.
     """
     try:
         lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
@@ -124,22 +120,22 @@ def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     kind, where = notes.get("kind", ("measured", str(path)))
     if kind not in get_args(Kind):
         raise InputError(f"{where}: # kind: {kind}; expected one of {', '.join(get_args(Kind))}")
-    names, rows = _table(path, lines)
-    source = notes["source"][0] if "source" in notes else path.name
+    (x_name, y_name, *_), rows = _table(path, lines)
+    source, _ = notes.get("source", (path.name, ""))
     return ReferenceCurve(
-        kind, rows[:, 0], rows[:, 1], rows[:, 2] if rows.shape[1] > 2 else None, names[0], names[1], source,  # type: ignore[arg-type]
-        _stated_peak(path, notes, names[1], conditions), "" if "kind" in notes else TAKEN,
+        kind, rows[:, 0], rows[:, 1], rows[:, 2] if rows.shape[1] > 2 else None, x_name, y_name, source,  # type: ignore[arg-type]
+        _stated_peak(path, notes, y_name, conditions), "" if "kind" in notes else TAKEN,
         _named(conditions, said_by(path, ())), str(path),
     )  # fmt: skip
 
 
 def _named(conditions: Conditions, said: Said | None) -> Conditions:
-    """``conditions`` with the direction that the name of a file or folder says, where they state none."""
+    """Add the direction named by a file or folder to ``conditions`` without one."""
     return conditions if conditions.direction or said is None else replace(conditions, direction=said.direction)
 
 
 def _notes(path: Path, lines: list[str]) -> Notes:
-    """Name to value and place of the comment lines; raises :class:`InputError` for a condition stated twice."""
+    """Read the comment lines: name to value and place; raises :class:`InputError` for contradicting conditions."""
     notes: Notes = {}
     for number, line in enumerate(lines, 1):
         if line.startswith("#"):
@@ -166,7 +162,7 @@ def _table(path: Path, lines: list[str]) -> tuple[list[str], Array]:
 
 
 def _plain(path: Path, conditions: Conditions) -> ReferenceCurve:
-    """A curve of a user's own: a column of strain or shear angle and one of force."""
+    """Read a laboratory file: a column of strain or shear angle and one of force."""
     sheared = read_shear(path)
     if sheared is not None:
         angle, force, name = sheared
@@ -196,30 +192,24 @@ def _stated_peak(path: Path, notes: Notes, y_name: str, conditions: Conditions) 
         return strain, force
     width = conditions.strip_width_mm
     if width is None:
-        where = notes[name][1]
-        raise InputError(f"{where}: # {name} with a column {y_name} needs a line '# strip_width_mm: ...'")
+        raise InputError(f"{notes[name][1]}: # {name} with a column {y_name} needs a line '# strip_width_mm: ...'")
     return strain, force / width if name == "peak_force_n" else force * width
 
 
 def _row(path: Path, number: int, line: str, columns: int) -> list[float]:
-    cells = line.split(",")
-    try:
-        values = [float(cell) for cell in cells]
-    except ValueError:
-        values = []
-    if len(cells) != columns or len(values) != columns or not np.isfinite(values).all():
-        raise InputError(f"{path}:{number}: {line!r}: expected {columns} finite numbers")
-    return values
+    with suppress(ValueError):
+        values = [float(cell) for cell in line.split(",")]
+        if len(values) == columns and np.isfinite(values).all():
+            return values
+    raise InputError(f"{path}:{number}: {line!r}: expected {columns} finite numbers")
 
 
-# Forces of strips and frames of any size as what does not depend on the size, and for the size of a run.
-#
-# A strip carries its force over its width: F / b [N/mm]. A frame is judged by the normalised shear force F_s L_frame /
-# L_fabric^2 [N/mm] of :mod:`knittest.materials.trellis`.
+# Forces of strips and frames, independent of their size or for the size of a run. For a strip this is the force per
+# width [N/mm], for a frame the normalised shear force F_s L_frame / L_fabric^2 of :mod:`knittest.materials.trellis`.
 
 
 def per_width(curve: ReferenceCurve) -> ReferenceCurve:
-    """A tensile ``curve`` as force per width [N/mm]; raises :class:`InputError` where its strip has no width."""
+    """Convert a tensile ``curve`` to force per width [N/mm]; raises :class:`InputError` without a strip width."""
     if curve.y_name == FORCE_PER_WIDTH:
         return curve
     if curve.y_name != FORCE:
@@ -234,10 +224,7 @@ def per_width(curve: ReferenceCurve) -> ReferenceCurve:
 
 
 def for_width(curve: ReferenceCurve, width: float) -> ReferenceCurve:
-    """A tensile ``curve`` as force [N] of a strip of ``width`` [mm], and in its note of which width it was.
-
-    Raises as :func:`per_width` does.
-    """
+    """Scale a tensile ``curve`` to the force [N] of a ``width`` [mm], with a note; raises as :func:`per_width`."""
     own = curve.conditions.strip_width_mm
     scaled = _divided(per_width(curve), 1.0 / width, FORCE)
     if own is None:
@@ -246,9 +233,7 @@ def for_width(curve: ReferenceCurve, width: float) -> ReferenceCurve:
 
 
 def normalised(curve: ReferenceCurve) -> ReferenceCurve:
-    """A frame's ``curve`` as normalised shear force [N/mm]; raises :class:`InputError` for a force [N] of a frame or
-    fabric of unknown side.
-    """
+    """Convert a frame's ``curve`` to normalised shear force [N/mm]; raises :class:`InputError` without its sides."""
     if curve.y_name == NORMALISED:
         return curve
     fabric, frame = curve.conditions.fabric_side_mm, curve.conditions.frame_side_mm
@@ -267,7 +252,7 @@ def normalised(curve: ReferenceCurve) -> ReferenceCurve:
 
 
 def noted(curve: ReferenceCurve, note: str) -> ReferenceCurve:
-    """``curve`` with ``note`` added to its own."""
+    """Add ``note`` to the note of ``curve``."""
     return replace(curve, note="; ".join(filter(None, (curve.note, note))))
 
 

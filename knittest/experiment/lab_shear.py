@@ -18,24 +18,24 @@ from knittest.experiment.lab_units import QUANTITIES
 from knittest.experiment.statistics import band
 from knittest.materials.trellis import ANGLE, NORMALISED
 
-#: share of the largest force that a force of the other sign stays below, such as noise or the weight of a clamp
+#: largest force of the other sign over the maximum force, such as noise or the weight of a clamp
 OTHER = 0.5
-#: a force at the start beyond this share of the largest is asked about
+#: largest force at the start over the maximum force without a statement by the user
 TARE = 0.1
-#: share of its range by which a travel may go back before it counts as turned
+#: share of its range by which a travel may fall before it counts as reversed
 JITTER = 0.01
-#: one specimen's result over the median of the series, or the other way round: beyond it units or fabrics differ
+#: largest factor between the result of a specimen and the median of the others
 APART = 3.0
 
 
 def drawn(travel: Array, sign: Sign) -> Array:
-    """``travel`` (n,) as rising: with a pull counted negative, travels may be too."""
+    """Return ``travel`` (n,) as rising; if tension counts as negative, it may be negative too."""
     falls = travel[0] - travel.min() > travel.max() - travel[0]
     return -travel if sign == "negative" and falls else travel
 
 
 def pulled(force: Array, sign: Sign, where: str) -> Array:
-    """``force`` [N], (n,), with pull counted positive, which ``sign`` has in the file; refused if of the other sign."""
+    """Return ``force`` [N], (n,), positive in tension; raises :class:`InputError` if it contradicts ``sign``."""
     signed = -force if sign == "negative" else force
     top, bottom = float(signed.max()), float(signed.min())
     if -bottom > OTHER * max(top, 0.0) and bottom < 0.0:
@@ -59,7 +59,7 @@ def tared(force: Array, preload: Preload | None, where: str, limit: tuple[str, f
 
 
 def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:
-    """Rows of the first way up of ``travel`` (n,), each beyond all before, and whether it turns after them."""
+    """Return the rows of the first loading by ``travel`` (n,), each beyond all before, and whether it turns back."""
     most = np.maximum.accumulate(travel)
     back = np.flatnonzero(travel < most - max(JITTER * np.ptp(travel), 6.0 * noise(travel)))
     end = int(back[0]) if len(back) else len(travel)
@@ -69,7 +69,7 @@ def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:
 
 
 def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: str) -> None:
-    """Raise :class:`InputError` naming the specimen whose value lies a factor :data:`APART` off the others' median."""
+    """Raise :class:`InputError` for a specimen whose value is a factor :data:`APART` off the median of the others."""
     if len(values) < 2:
         return
     others = np.array([np.median(np.delete(values, k)) for k in range(len(values))])
@@ -85,7 +85,7 @@ def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: st
 def refuse_implausible(
     one: Origin, value: float, band: tuple[float, float], what: str, unit: str, force: float
 ) -> None:
-    """Raise :class:`InputError` for a ``value`` [unit] of ``what`` out of ``band`` that a ``force`` [N] makes."""
+    """Raise :class:`InputError` for a ``value`` [unit] of ``what`` outside ``band``, caused by a ``force`` [N]."""
     low, high = band
     if low <= value <= high:
         return
@@ -93,13 +93,11 @@ def refuse_implausible(
     likely = {name: force / factors[one.unit] * factor for name, factor in factors.items() if name != one.unit}
     looks = [f"{name}: {newton:.6g} N" for name, newton in likely.items() if low * scale <= newton <= high * scale]
     hint = f" (it looks like {' or '.join(looks[:2])})" if looks else ""
-    raise InputError(
-        f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}; check the unit of the force"
-    )
+    raise InputError(f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}; check the unit")
 
 
 def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> list[str]:
-    """Fingerprints of the curves; raises :class:`InputError` for two of the same numbers."""
+    """Fingerprints of the curves; raises :class:`InputError` for two equal ones."""
     found = [digest(*columns) for columns in curves]
     for k, one in enumerate(found):
         if one in found[:k]:
@@ -116,7 +114,7 @@ def digest(*columns: Array) -> str:
 
 #: shear angle [deg] within which a specimen starts square
 SQUARE = 0.5
-#: a test that ends below is in rad, in other units, or none
+#: smallest largest angle [deg] of a test; below it the unit is wrong
 LEAST = 3.0
 #: shear angles at which the force is a row [deg]: those of a run
 ANGLES = (10.0, 20.0, 30.0, 40.0)
@@ -128,9 +126,8 @@ FORCES = (5e-4, 20.0)
 
 @dataclass(frozen=True)
 class Tested:
-    """Specimen of ``test`` whose ``angle`` [rad] follows from a travel [mm] up to the ``longest``; in messages
-    ``words`` name it, ``square`` is what it is at an angle of zero, and ``options`` state its size. A strain is the
-    travel over its ``length`` [mm].
+    """Specimen of ``test`` whose ``angle`` [rad] follows from a travel [mm] up to the ``longest``. Messages use its
+    ``words``, its state ``square`` at zero and the ``options`` of its size. A strain is travel over ``length`` [mm].
     """
 
     test: str
@@ -143,7 +140,7 @@ class Tested:
 
 
 def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Array, Array]]:
-    """The fields of :class:`Sheared` of a recording, from square on, and angle and force of all its rows."""
+    """Return the fields of :class:`Sheared` from the square state on, and angle and force of all rows."""
     role, given = _moved(r, tested), r.given
     moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
@@ -173,7 +170,7 @@ def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Arr
 
 
 def _moved(r: Recording, tested: Tested) -> str:
-    """Role of the column that gives the angle; raises :class:`InputError` for what is none, and for another force."""
+    """Find the role of the column for the angle; raises :class:`InputError` for an unsuitable travel or force."""
     role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
     along_sides = (
         "looks like the force F_s along the sides; expected the crosshead force F = 2 F_s cos(45 deg - angle / 2). "
@@ -206,7 +203,7 @@ def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
 
 @dataclass(frozen=True)
 class Sheared(Origin):
-    """Shear angle [deg], rising, and force [N] on the first loading, (n,) each, and whether more of it follows."""
+    """Shear angle [deg], rising, and force [N] of the first loading, (n,) each, and whether it turns back later."""
 
     angle: Array
     force: Array
@@ -219,7 +216,7 @@ class Sheared(Origin):
 
 
 def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list[str]]:
-    """Normalised forces [N/mm] at the :data:`ANGLES` that all specimens reach, and fingerprints of the curves."""
+    """Normalised forces [N/mm] at those :data:`ANGLES` that all specimens reach, and fingerprints of the curves."""
     end = min(float(s.angle[-1]) for s in specimens)
     for s in specimens:
         top, force = float(s.normalised.max()), float(s.force.max())
@@ -228,14 +225,12 @@ def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list
     refuse_apart(specimens, at[end], f"normalised force at {end:.3g} deg", "N/mm")
     found = {a: values for a, values in at.items() if a in ANGLES and a <= end}
     if not found:
-        raise InputError(
-            f"{specimens[0].path}: the common range of the specimens ends at {end:.3g} deg; expected {ANGLES[0]:g} deg"
-        )
+        raise InputError(f"{specimens[0].path}: the common range ends at {end:.3g} deg; expected {ANGLES[0]:g} deg")
     return found, digests(specimens, [(s.angle, s.force) for s in specimens])
 
 
 def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curves:
-    """Curves of the normalised force up to the angle that all ``specimens`` reach; ``words`` name the angle."""
+    """Curves of the normalised force up to the angle that all ``specimens`` reach, named by ``words``."""
     curves = [(s.angle, s.normalised) for s in specimens]
     corridor = band(curves, min(float(angle[-1]) for angle, _ in curves), "shear angles")
     names = (ANGLE, NORMALISED, "normalised_shear_force_sd_n_per_mm")
@@ -245,12 +240,12 @@ def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curve
 def shear_rows(
     specimens: Sequence[Sheared], forces: Mapping[str, Mapping[float, Array]], more: Mapping[str, Array]
 ) -> tuple[dict[str, Array], dict[str, str]]:
-    """Rows of ``forces`` at angles by their quantity, ``more`` and the largest angle, and the units of the forces."""
+    """Rows of ``forces`` at angles, ``more`` and the largest angle by quantity, and units of the forces."""
     found = {f"{name}_at_deg.{a:g}": values for name, at in forces.items() for a, values in at.items()}
     units = {name: "N/mm" if "n_per_mm" in name else "N" for name in found}
     return {**found, **more, END: np.array([s.angle[-1] for s in specimens])}, units | {END: "deg"}
 
 
 def reached(test: dict[str, Any]) -> dict[str, float]:
-    """Largest angle [deg] of a rig: that which all specimens of a ``test`` reach by its statistics, in tenths."""
+    """Largest angle [deg] of a rig: the one that all specimens of a ``test`` reach, rounded down to tenths."""
     return {"max_angle": math.floor(10.0 * min(test[END]["values"])) / 10.0} if END in test else {}

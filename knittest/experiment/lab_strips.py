@@ -1,4 +1,4 @@
-"""Strips pulled in a testing machine: force over the strain of the best column that there is, and of one series."""
+"""Strips from a testing machine: force over the strain of the best column, and series of strips."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,29 +19,29 @@ from knittest.experiment.statistics import Array, Specimen, corridor, peaks
 
 StripT = TypeVar("StripT")
 
-#: strain above which unit or gauge length must be wrong [%]
+#: strain above which unit or gauge length are wrong [%]
 MAX_STRAIN = 100.0
-#: strength of textiles per width [N/mm], and what a testing machine pulls a yarn or a strip with [N]
+#: strength of textiles per width [N/mm], and maximum force of a yarn or a strip [N]
 STRENGTH, FORCES = (0.5, 3000.0), (0.05, 500_000.0)
 MOVES = ("extensometer", "travel")
-#: share of its largest strain by which an extensometer may fall while the force rises, or turn negative
+#: shares of its largest strain by which an extensometer may fall while the force rises, and turn negative
 FALL, BELOW = 0.02, 0.05
-#: it stays where it gains less than this share while the force gains that one of its maximum
+#: an extensometer stays if it gains less than this share while the force gains that share of its maximum
 STAYS, GAINS = 0.002, 0.08
-#: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
+#: an extensometer jumps if its step and that of the clamp, as shares of their travels, differ by more
 JUMP = 0.25
-#: an extensometer slips where in one of as many parts of the clamp's way it moves at less than this share of its usual
-#: pace, and the force gains that share of its maximum
+#: an extensometer slips if, in one of so many parts of the clamp travel, its pace is below this share of its usual one
+#: and the force gains that share of its maximum
 PARTS, SLOW, GAINS_SLOW = 10, 0.25, 0.03
-#: share of its way by which a clamp goes back before another loading
+#: share of its travel by which a clamp returns before another loading
 UNLOADED = 0.1
-#: share of the largest travel below which an offset of the start is none
+#: share of the largest travel below which an offset at the start is ignored
 OFFSET = 0.002
 
 
 @dataclass(frozen=True)
 class _Measure:
-    """A column that may give the strain: ``factor`` to %, nan without a gauge length, ``rank`` of its kind (0 best)."""
+    """A column for the strain: ``factor`` to %, nan without a gauge length, and ``rank`` of its kind (0 best)."""
 
     column: int
     rank: int
@@ -55,15 +55,13 @@ class _Measure:
 
 
 def strip_reader(one: Callable[[Recording], StripT]) -> Callable[[Path, Given], list[StripT]]:
-    """Reads a file of strips into what ``one`` makes of each recording."""
+    """Return a function that reads a file of strips and calls ``one`` for each recording."""
     return reader([("force",), MOVES], "a force and a displacement or strain column", one)
 
 
 def read_strip(r: Recording) -> Specimen:
-    """Specimen of a recording.
-
-    The strain is a measured one, else the travel of an extensometer over its gauge length, as long as it is valid, else
-    the travel of the clamp over theirs.
+    """Read a specimen. Its strain is the measured one, else the valid extensometer travel over its gauge length, else
+    the clamp travel over the gauge length of the clamps.
     """
     names, why = r.table.names, {}
     pull, gauge = next(k for k in r.group if r.table.roles[k] == "force"), r.known(GAUGE)
@@ -102,7 +100,7 @@ def read_strip(r: Recording) -> Specimen:
 
 
 def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
-    """Columns that may give the strain, the best first; raises :class:`InputError` for a strain of an unknown unit."""
+    """Find the columns for the strain, the best first; raises :class:`InputError` for an unknown unit."""
     own, standard, grips, marks = r.known(EXTENSOMETER), r.known(STANDARD), r.known(GAUGE, [0]), r.known(GAUGE, [1])
     if own is None and grips and marks and not same(grips, marks):
         own = marks
@@ -136,7 +134,7 @@ def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
 
 
 class _Rows:
-    """Rows of one specimen: strain [%] from its start, force [N] and, beside an extensometer, travel of the clamp."""
+    """Rows of one specimen: strain [%] from its start, force [N] and, with an extensometer, the clamp travel."""
 
     def __init__(
         self, r: Recording, lines: list[int], values: Array, measure: _Measure, beside: _Measure | None
@@ -164,9 +162,9 @@ class _Rows:
             self.jitter = max(checks.JITTER * float(np.ptp(before)), self.noise)
 
     def invalid(self) -> str:
-        """Reason why an extensometer does not hold up to the maximum force; empty if it does.
+        """Return why an extensometer is not valid up to the maximum force; empty if it is.
 
-        Raises :class:`InputError` where its unit contradicts that of the clamp beside it.
+        Raises :class:`InputError` if its unit contradicts the clamp travel.
         """
         rows, lines = slice(0, self.top + 1), self.lines
         e, force = _without_spikes(self.strain[rows]), np.maximum.accumulate(self.force[rows])
@@ -211,7 +209,7 @@ class _Rows:
         return ""
 
     def curve(self) -> tuple[Array, Array]:
-        """Strain [%], rising, and force [N]; raises :class:`InputError` for a travel that goes back before the peak."""
+        """Return strain [%], rising, and force [N]; raises InputError for a travel that falls before the peak."""
         strain, top, values = self.strain, self.top, self.values
         self._refuse_cycles()
         with np.errstate(over="ignore", invalid="ignore"):
@@ -246,7 +244,7 @@ class _Rows:
         return rising, force
 
     def _refuse_cycles(self) -> None:
-        """Raise :class:`InputError` where the clamp goes back and the force rises again after it."""
+        """Raise :class:`InputError` if the clamp travel falls and the force rises again after it."""
         way = self.strain if self.clamp is None else np.abs(self.clamp - self.clamp[0])
         back = np.maximum.accumulate(way) - way > max(UNLOADED * float(np.ptp(way)), 6.0 * noise(way))
         later = self.force[int(np.argmax(back)) :] if back.any() else self.force[:0]
@@ -258,9 +256,8 @@ class _Rows:
 
 
 def _start(strain: Array, force: Array, top: int) -> float:
-    """Strain to subtract: that of the rows at rest before the pull, none where it is next to nothing.
-
-    A first row that lies one step from the origin on the curve is none at rest: the row of zeros was left out.
+    """Return the strain of the rows before loading, to be subtracted; 0 if it is negligible or if the first row is one
+    step from the origin on the curve (the row of zeros was left out).
     """
     way = float(np.abs(strain[top] - strain[0]))
     if not np.isfinite(way):
@@ -278,7 +275,7 @@ def _start(strain: Array, force: Array, top: int) -> float:
 
 
 def _without_spikes(values: Array) -> Array:
-    """Running median of five rows, where there are many."""
+    """Running median of five rows, for at least 25 rows."""
     from scipy.ndimage import median_filter
 
     return values if len(values) < 25 else np.asarray(median_filter(values, 5, mode="nearest")) + 0.0
@@ -288,7 +285,7 @@ read_strips = strip_reader(read_strip)
 
 
 def plausible_strips(specimens: Sequence[Specimen]) -> None:
-    """Raise :class:`InputError` for a force, a force per width or a strain at it that no strip or yarn has."""
+    """Raise :class:`InputError` for an implausible maximum force, force per width or strain at maximum force."""
     force, strain = peaks(specimens)
     for s, top, at in zip(specimens, force, strain, strict=True):
         band = FORCES if s.width is None else (STRENGTH[0] * s.width, STRENGTH[1] * s.width)
@@ -301,7 +298,7 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
 
 
 def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Specimen], dict[Condition, float]]:
-    """Strips as if all were of their mean width, the same with forces in N/mm of it, and width and gauge length."""
+    """Scale strips to their mean width; returns them with forces in N and in N/mm, and width and gauge length."""
     width = common(WIDTH, [s.width for s in specimens], specimens)
     found = {WIDTH: width}
     if any(s.gauge is not None for s in specimens):
@@ -312,7 +309,7 @@ def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Spec
 
 
 def strip_curves(narrow: Sequence[Specimen]) -> Curves:
-    """Curves of forces in N/mm of width."""
+    """Curves of the force per width [N/mm]."""
     names = ("strain_pct", "force_n_per_mm", "force_sd_n_per_mm")
     each = [(s.strain, s.force) for s in narrow]
     return Curves(each, corridor(narrow), names, ("strain [%]", "force per width [N/mm]"))

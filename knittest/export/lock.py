@@ -206,9 +206,7 @@ def chosen_folder(path: Path) -> Path:
     if names and LOCK_NAME not in names and not of_bad_input(path):
         resumable = "config.yaml" in names and any(name.startswith("checkpoint-") for name in names)
         instead = f"continue the run in it with: knittest resume {path}, or " if resumable else ""
-        raise InputError(
-            f"--out {path}: not empty; {instead}choose a new folder, or remove this one if it is not needed"
-        )
+        raise InputError(f"--out {path}: not empty; {instead}choose a new folder, or remove this one if not needed")
     return path
 
 

@@ -1,7 +1,6 @@
 """Forming tools from a user's STL files: read, checked, repaired, placed on the fabric, sampled as height maps."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray

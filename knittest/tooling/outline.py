@@ -277,7 +277,7 @@ class SweptEdge:
         return plan if self.inside else self.offset - plan
 
     def _is_body(self, points: Array, edge: float, outer: Outline | None) -> NDArray[np.bool_]:
-        """Return whether ``points`` (n, 2) are in the body at a height at which it ends at ``edge`` from the outline."""
+        """Return whether ``points`` (n, 2) are in the body where it ends at ``edge`` from the outline."""
         distance = self.outline.distance(points)
         if outer is None:
             return distance < edge

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 #: size of the meshes of bodies that are endless for the kernel [mm]: walls beyond the depth, thickness of the holder,
 #: die and holder beyond the blank, radius of their corners
 SPARE, PLATE, RIM, CORNER = 20.0, 10.0, 20.0, 10.0
-#: distance of the points at which the gap of bodies from files is measured [mm]: a large triangle may cross another body
+#: distance of points at which the gap of bodies from files is measured [mm]: a large triangle may cross another body
 #: with no corner in it
 BETWEEN = 3.0
 #: numbers of cubes along x, y and z as one number: a tool is at most 1e5 cubes long

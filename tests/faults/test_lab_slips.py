@@ -83,7 +83,7 @@ def test_widths_in_columns_belong_to_their_specimens(tmp_path):
         (one.replace("50", ""), "column 'Breite' is empty; remove it and give --width"),
         (
             "Breite;" + "Weg;Kraft;" * 3 + "Breite\n" + "50;0;0;0;0;0;0;50\n50;1;1;1;1;1;1;50\n",
-            "2 columns of the strip width",
+            "2 columns of strip width",
         ),
     ):
         with pytest.raises(InputError, match=words):
