@@ -68,8 +68,8 @@ class Given:
 
 @dataclass
 class LabTable:
-    """One table at ``place``: column ``names`` and ``roles`` at ``line``, ``units`` below, rows of numbers, rows above as
-    ``head``, the ``count`` of specimens and ``notes`` on skipped rows.
+    """One table at ``place``: column ``names`` and ``roles`` at ``line``, ``units`` below, rows of numbers, rows above
+    as ``head``, the ``count`` of specimens and ``notes`` on skipped rows.
     """
 
     place: str

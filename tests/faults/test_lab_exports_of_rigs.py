@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 from machine_exports import lines, text, workbook
+from strip_reading import refused
 
-from knittest.base.errors import InputError
 from knittest.experiment.lab_tests import LAB_TESTS, read_files
 from knittest.materials.trellis import crosshead, crosshead_of_normalised
 
@@ -117,13 +117,11 @@ def test_the_result_is_right(tmp_path, test, kind):
 def test_columns_that_name_no_overhang_are_listed_with_the_option(tmp_path):
     rows = [["Specimen", "A face up [mm]"], ["1", "165"], ["2", "163"]]
     path = text(rows).written(tmp_path)
-    with pytest.raises(InputError, match=r'--column overhang="A face up \[mm\]"'):
-        read_files("cantilever", [path], STRIPS)
+    refused(r'--column overhang="A face up \[mm\]"', read_files, "cantilever", [path], STRIPS)
     strips = read_files("cantilever", [path], STRIPS | {"column": ('overhang="A face up [mm]"',)})
     assert [strip.overhang for strip in strips] == [165.0, 163.0]
 
 
 def test_a_force_on_a_plate_of_unknown_size_is_no_pressure(tmp_path):
     path = text(lines(["Thickness [mm]", "Force [N]"], (THICK, KPA), head=[])).written(tmp_path)
-    with pytest.raises(InputError, match=r"states no plate diameter: give --plate-diameter \[mm\]"):
-        read_files("compaction", [path], {})
+    refused(r"states no plate diameter: give --plate-diameter \[mm\]", read_files, "compaction", [path], {})

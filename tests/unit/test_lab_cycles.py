@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from strip_reading import refused
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
@@ -89,8 +90,7 @@ def test_units_of_both_columns_count(tmp_path, head, gain, travel):
 
 def test_a_pull_counted_negative_turns_the_loop_round_and_not_its_loss(tmp_path):
     path = export(tmp_path / "a.csv", gain=-1.0)
-    with pytest.raises(InputError, match="but tension counts as positive; give --sign negative"):
-        cycles(path)
+    refused("but tension counts as positive; give --sign negative", cycles, path)
     assert cycles(path, sign="negative")[0].loss == pytest.approx(LOSS, rel=4e-3)
 
 
@@ -124,8 +124,7 @@ def test_the_number_of_cycles_is_found(tmp_path):
 )
 def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwise(tmp_path, stops, said):
     path = export(tmp_path / "a.csv", stops=stops)
-    with pytest.raises(InputError, match=rf"a\.csv: specimen a: {said}"):
-        FRAME_LAB.read(path, Given(loading="cycles"))
+    refused(rf"a\.csv: specimen a: {said}", lambda: FRAME_LAB.read(path, Given(loading="cycles")))
     (one,) = FRAME_LAB.read(path, Given())
     assert not one.cycles and one.angle[-1] == pytest.approx(TURN, abs=0.01)
     told = next(line for line in FRAME_LAB.lines([one]) if line.startswith("a: up to"))
@@ -147,8 +146,7 @@ def test_frames_of_one_series_have_the_same_cycles(tmp_path):
         ((21.0, 0.0), r"specimen b: cycles turn at 21 deg, those of specimen a at 20 deg"),
     ):
         other = FRAME_LAB.read(export(tmp_path / "b.csv", stops=stops, noise=0.01), Given())
-        with pytest.raises(InputError, match=said):
-            FRAME_LAB.results([one, *other], "", [])
+        refused(said, FRAME_LAB.results, [one, *other], "", [])
 
 
 def test_work_is_that_of_the_mean_square_of_a_series(tmp_path):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from strip_reading import refused
 
 from knittest.base.errors import InputError
 from knittest.base.kinds import kinds
@@ -67,11 +68,10 @@ def test_only_the_first_loading_counts(tmp_path):
 
 def test_a_start_that_is_not_square_or_not_free_of_force_is_asked_about(tmp_path):
     path = frame_file(tmp_path / "a.csv", offset=3.0)
-    with pytest.raises(
-        InputError,
-        match=r"starts at 3, a shear angle of 1\.\d+ deg .*--zero, the value of the column for the frame square",
-    ):
-        FRAME_LAB.read(path, Given())
+    refused(
+        r"starts at 3, a shear angle of 1\.\d+ deg .*--zero, the value of the column for the frame square",
+        lambda: FRAME_LAB.read(path, Given()),
+    )
     (moved,) = FRAME_LAB.read(path, Given(zero=3.0))
     (alone,) = FRAME_LAB.read(frame_file(tmp_path / "b.csv"), Given())
     assert moved.angle == pytest.approx(alone.angle, abs=1e-3)
@@ -94,12 +94,10 @@ def test_an_angle_needs_its_unit(tmp_path, unit):
     (one,) = FRAME_LAB.read(path, given)
     assert one.angle == pytest.approx(angle, abs=1e-3)
     path.write_text(f"shear angle,force [N]\n{rows}")
-    with pytest.raises(InputError, match=r":1: column 'shear angle' has no unit of angle; write"):
-        FRAME_LAB.read(path, given)
+    refused(r":1: column 'shear angle' has no unit of angle; write", FRAME_LAB.read, path, given)
     if unit == "rad":
         path.write_text(f"shear angle [deg],force [N]\n{rows}")
-        with pytest.raises(InputError, match=r"up to 0\.698 deg \(it looks like rad: 40 deg\)"):
-            FRAME_LAB.read(path, given)
+        refused(r"up to 0\.698 deg \(it looks like rad: 40 deg\)", FRAME_LAB.read, path, given)
 
 
 def test_sides_must_be_known_and_fit(tmp_path):

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from strip_reading import refused
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
@@ -84,8 +85,7 @@ def test_the_way_back_does_not_count(tmp_path):
     ],
 )
 def test_what_results_hang_on_must_be_known(tmp_path, head, words):
-    with pytest.raises(InputError, match=words):
-        FRICTION.lines(FRICTION.read(friction_file(tmp_path / "a.csv", head=head), Given()))
+    refused(words, lambda: FRICTION.lines(FRICTION.read(friction_file(tmp_path / "a.csv", head=head), Given())))
 
 
 def test_slips_are_refused(tmp_path):
@@ -95,16 +95,13 @@ def test_slips_are_refused(tmp_path):
     assert tared.kinetic == pytest.approx(300.0)
     path = tmp_path / "m.csv"
     path.write_text(friction_file(tmp_path / "b.csv").read_text().replace("Weg [mm]", "Weg [um]"))
-    with pytest.raises(InputError, match=r"over a travel of 0\.02 mm: expected at least 3, over 1 to 1000 mm"):
-        FRICTION.read(path, Given())
+    refused(r"over a travel of 0\.02 mm: expected at least 3, over 1 to 1000 mm", lambda: FRICTION.read(path, Given()))
     series = [
         FRICTION.read(friction_file(tmp_path / f"{k}.csv", f, 1.1 * f), Given())[0]
         for k, f in enumerate((300, 310, 30))
     ]
-    with pytest.raises(InputError, match=r"2\.csv: specimen 2: coefficient of a face 0\.0075"):
-        FRICTION.results(series, "warp", [])
-    with pytest.raises(InputError, match="have the same curve"):
-        FRICTION.results([series[0], series[0]], "warp", [])
+    refused(r"2\.csv: specimen 2: coefficient of a face 0\.0075", FRICTION.results, series, "warp", [])
+    refused("have the same curve", FRICTION.results, [series[0], series[0]], "warp", [])
 
 
 def test_the_folder_of_friction(tmp_path):

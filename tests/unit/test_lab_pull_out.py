@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pull_out_files import CROSSINGS, DENSITY, FRICTION, LENGTH, PITCH, STRETCH, export, found, pull
+from strip_reading import refused
 
 from knittest.base.errors import InputError
 from knittest.laboratory.pull_out.lab_files import LAB, UNITS
@@ -80,8 +81,7 @@ def test_units_that_are_missing_or_cannot_be_are_refused(tmp_path, head, said):
     if said is None:
         assert found(pull(path))["crossing_friction_n"] == pytest.approx([9.80665 * FRICTION], rel=1e-3)
         return
-    with pytest.raises(InputError, match=said):
-        found(pull(path))
+    refused(said, lambda: found(pull(path)))
 
 
 def test_ways_in_another_unit_do_not_fit_the_embedded_length(tmp_path):
@@ -108,10 +108,8 @@ def test_a_force_counted_the_other_way_is_asked_about(tmp_path):
 
 def test_a_clamp_alone_says_not_where_the_inlay_slides(tmp_path):
     path = export(tmp_path / "a.csv", followed=False, head="Weg [mm];Kraft [N]", slack=SLACK)
-    with pytest.raises(InputError, match=r"no column of the free end.*give --zero, the displacement at which"):
-        pull(path)
-    with pytest.raises(InputError, match=r"--zero 90: expected a displacement of the file, 0 to 20"):
-        pull(path, zero=90.0)
+    refused(r"no column of the free end.*give --zero, the displacement at which", pull, path)
+    refused(r"--zero 90: expected a displacement of the file, 0 to 20", pull, path, zero=90.0)
     one = pull(path, zero=SLACK + STRETCH)
     assert found(one)["pull_out_at_rest_n"] == pytest.approx([FRICTION * CROSSINGS], rel=3e-3)
     assert any("free end was not followed" in line for line in LAB.lines([one]))
@@ -126,15 +124,13 @@ def test_a_yarn_that_breaks_is_none_that_slides(tmp_path):
     path = export(tmp_path / "a.csv", followed=False, head="Weg [mm];Kraft [N]")
     head, *rows = path.read_text().splitlines()
     path.write_text("\n".join([head, *(r if k < 1500 else f"{r.split(';')[0]};0,0001" for k, r in enumerate(rows))]))
-    with pytest.raises(InputError, match=r"falls from 0\.0\d+ to \S+ N a crossing: did the yarn break"):
-        pull(path, zero=STRETCH)
+    refused(r"falls from 0\.0\d+ to \S+ N a crossing: did the yarn break", pull, path, zero=STRETCH)
 
 
 def test_a_preload_is_held_against_the_force_at_rest(tmp_path):
     """0.05 N are 4 % of the largest force, and 18 % of that at which the inlay lets go."""
     path = export(tmp_path / "a.csv", wave=3.0, preload=0.05)
-    with pytest.raises(InputError, match=r"the force starts at 0\.0\d+ N \(the inlay lets go at 0\.3\d+ N"):
-        pull(path)
+    refused(r"the force starts at 0\.0\d+ N \(the inlay lets go at 0\.3\d+ N", pull, path)
     assert found(pull(path, preload="subtract"))["crossing_friction_n"] == pytest.approx([2.5 * FRICTION], rel=0.03)
     assert found(pull(path, preload="keep"))["pull_out_at_rest_n"] == pytest.approx([0.33], rel=0.02)
 
@@ -150,14 +146,11 @@ def test_what_the_force_hangs_on_must_be_known(tmp_path):
         pull(path, sizes={"crossing_density_per_100_mm": DENSITY})
     with pytest.raises(InputError, match=r"no density of the crossing yarns: give --crossing-density"):
         pull(path, sizes={"embedded_length_mm": LENGTH})
-    with pytest.raises(InputError, match="which edges of the piece were clamped"):
-        pull(path, clamped=None)
+    refused("which edges of the piece were clamped", pull, path, clamped=None)
     path.write_text(f"embedded length: 5 cm\nCrossing density;2,8;yarn/mm\n{path.read_text()}")
-    with pytest.raises(InputError, match="has the unit 'yarn/mm'; expected one of yarn/100 mm, yarn/cm, yarn/inch"):
-        pull(path, sizes={})
+    refused("has the unit 'yarn/mm'; expected one of yarn/100 mm, yarn/cm, yarn/inch", pull, path, sizes={})
     path.write_text(path.read_text().replace("2,8;yarn/mm", "28;yarn/cm"))
-    with pytest.raises(InputError, match="Crossing density 280: implausible"):
-        pull(path, sizes={})
+    refused("Crossing density 280: implausible", pull, path, sizes={})
     path.write_text(path.read_text().replace("28;yarn/cm", "2,8;yarn/cm"))
     one = pull(path, sizes={})
     assert (one.length, one.density) == (LENGTH, pytest.approx(DENSITY))
@@ -170,5 +163,4 @@ def test_inlays_of_another_unit_copies_and_other_lengths_are_no_series(tmp_path)
         (replace(one, name="c"), "specimens a and c have the same curve"),
         (replace(pull(export(tmp_path / "d.csv", noise=0.01)), length=30.0), "embedded length 30 mm"),
     ):
-        with pytest.raises(InputError, match=said):
-            found(one, two, other)
+        refused(said, found, one, two, other)
