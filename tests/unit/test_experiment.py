@@ -1,4 +1,6 @@
-"""Published tables and curves as they ship."""
+"""Published tables and curves as they ship; means, scatter and corridors of specimens, tested and simulated."""
+
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,8 +9,10 @@ from knittest.base.errors import InputError
 from knittest.base.files import data_dir
 from knittest.experiment.curves import load_curve
 from knittest.experiment.reconstruct import CASES, curve, text
-from knittest.experiment.statistics import Specimen, mean_curve, tension_curve
+from knittest.experiment.statistics import Specimen, corridor_on, mean_curve, mean_sd, tension_curve
 from knittest.experiment.tables import published
+from knittest.export.summary import ensemble_results
+from knittest.laboratory.tensile.report import POINTS, _shown, corridor
 
 
 def test_table_3_is_read_with_its_scatter():
@@ -102,3 +106,37 @@ def test_a_tension_curve_of_clean_data_is_the_mean_curve():
     strain, force = tension_curve(specimens())
     mean = mean_curve(specimens())
     assert strain == pytest.approx(mean[0]) and force == pytest.approx(mean[1])
+
+
+#: peaks 20, 30, 40 N at 2, 3, 2.5 %: mean 30, sd 10 N with n - 1
+PEAKS = ((2.0, 20.0), (3.0, 30.0), (2.5, 40.0))
+
+
+def simulated() -> list[SimpleNamespace]:
+    """Straight to the peak, then down."""
+    curves = [{"strain_pct": np.array([0.0, x, x + 1.0]), "force_n": np.array([0.0, y, 0.0])} for x, y in PEAKS]
+    return [SimpleNamespace(history=SimpleNamespace(curve=curve)) for curve in curves]
+
+
+def test_the_corridor_of_simulated_specimens_has_the_sample_deviation():
+    found = corridor(simulated())  # at 2 %: 20, 20, 32 N
+    assert (found.n, len(found.strain), found.strain[-1]) == (3, POINTS, 2.0)
+    assert found.mean[-1] == pytest.approx(24.0)
+    assert found.sd[-1] == pytest.approx(np.sqrt(48.0))  # with n it were the root of 32
+
+
+def test_the_peaks_of_the_picture_have_the_sample_deviation():
+    peak = _shown(simulated()).peak
+    assert (peak.strain_mean, peak.strain_sd) == pytest.approx((2.5, 0.5))
+    assert (peak.force_mean, peak.force_sd) == pytest.approx((30.0, 10.0))
+
+
+def test_one_specimen_has_no_scatter_to_show():
+    x = np.array([0.0, 1.0])
+    assert np.isnan(corridor_on(x, [(x, x)]).sd).all()
+    assert np.isnan(mean_sd(np.array([5.0]))[1])
+
+
+def test_results_of_an_ensemble_have_the_sample_deviation():
+    found = ensemble_results([{"peak_force_n": value} for value in (20.0, 30.0, 40.0)])
+    assert found["peak_force_n"] == {"mean": 30.0, "sd": 10.0, "values": [20.0, 30.0, 40.0]}

@@ -1,7 +1,8 @@
-"""Pictures: the renderer against geometry, and what the figures say."""
+"""Pictures: the renderer against geometry, and what the figures say. Meshes for Abaqus as meshio reads them back."""
 
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 from export_sample import beam_history, curve, shell_history
@@ -9,6 +10,8 @@ from export_sample import beam_history, curve, shell_history
 from knittest.base.history import judged_rows
 from knittest.export import line_picture, yarn_pictures
 from knittest.export import line_picture as curves
+from knittest.export.line_picture import Band, Level, Line
+from knittest.export.meshes import write_abaqus
 from knittest.export.shading import View, render_tubes
 
 VIEW = View(-2.0, 2.0, -1.0, 1.0, 0.01)
@@ -188,3 +191,34 @@ def test_files_are_pictures_and_no_window_system_is_touched(tmp_path: Path, monk
     yarn_pictures.strip_picture(tmp_path / "deformed.png", beam_history(), direction="warp", title="t")
     assert (tmp_path / "deformed.png").read_bytes().startswith(b"\x89PNG")
     assert "matplotlib.pyplot" not in sys.modules
+
+
+@pytest.mark.parametrize("levels", [0, 2, 5])
+def test_the_legend_does_not_reach_the_label_of_the_axis(tmp_path, monkeypatch, levels):
+    figures = saved(monkeypatch, line_picture)
+    x = np.linspace(0.0, 1.0, 5)
+    long = "a name that is much too long for half of the width of a picture"
+    curves.line_picture(
+        tmp_path / "p.png", [Line(x, x, long), Line(x, x, "b")], title="t", xlabel="travel", ylabel="y",
+        levels=[Level(0.1 * k, f"level {k}") for k in range(levels)], bands=[Band(x, x, x, "± sd")],
+    )  # fmt: skip
+    (figure,) = figures
+    figure.draw_without_rendering()
+    legend, (axes,) = figure.legends[0].get_window_extent(), figure.axes
+    assert legend.y1 <= axes.xaxis.label.get_window_extent().y0
+    assert legend.y0 >= 0.0
+
+
+@pytest.mark.parametrize(("make", "kind", "shape"), [(beam_history, "B31", "line"), (shell_history, "S4R", "quad")])
+def test_a_mesh_is_read_back(tmp_path, make, kind, shape):
+    """Not as axisymmetric elements, which meshio writes for any four corners."""
+    history = make()
+    mesh, position = history.mesh, history.frames[0].position
+    write_abaqus(tmp_path / "a.inp", mesh, position)
+    types = [line for line in (tmp_path / "a.inp").read_text().splitlines() if line.startswith("*ELEMENT")]
+    assert types == [f"*ELEMENT, TYPE={kind}"]
+    read = meshio.read(tmp_path / "a.inp", file_format="abaqus")
+    assert np.array_equal(read.points, position) and np.array_equal(read.cells_dict[shape], mesh.cells)
+    for number, name in enumerate(mesh.part_names):
+        if (mesh.part == number).any():
+            assert np.array_equal(np.sort(np.concatenate(read.cell_sets[name])), np.flatnonzero(mesh.part == number))
