@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from strip_reading import refused
 
-from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.experiment.lab_table import Given
 from knittest.experiment.tables import published
@@ -96,9 +95,8 @@ def test_a_pull_counted_negative_turns_the_loop_round_and_not_its_loss(tmp_path)
 
 def test_a_preload_is_subtracted_on_both_ways(tmp_path):
     (one,) = cycles(export(tmp_path / "a.csv", preload=1.0), preload="subtract")
-    assert (one.work, one.loss, one.residual) == (
-        pytest.approx(WORK, rel=4e-3), pytest.approx(LOSS, rel=4e-3), pytest.approx(GONE, abs=0.03),
-    )  # fmt: skip
+    assert (one.work, one.loss) == pytest.approx((WORK, LOSS), rel=4e-3)
+    assert one.residual == pytest.approx(GONE, abs=0.03)
 
 
 def test_the_number_of_cycles_is_found(tmp_path):
@@ -123,18 +121,15 @@ def test_the_number_of_cycles_is_found(tmp_path):
     ],
 )
 def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwise(tmp_path, stops, said):
+    mirrored = export(tmp_path / "b.csv", share=0.3, mirrored=True)
+    words = r"cycle 1 takes [\d.]+ mJ and gives back [\d.]+ mJ: expected less"
+    refused(words, FRAME_LAB.read, mirrored, Given(loading="cycles"))
     path = export(tmp_path / "a.csv", stops=stops)
     refused(rf"a\.csv: specimen a: {said}", lambda: FRAME_LAB.read(path, Given(loading="cycles")))
     (one,) = FRAME_LAB.read(path, Given())
     assert not one.cycles and one.angle[-1] == pytest.approx(TURN, abs=0.01)
     told = next(line for line in FRAME_LAB.lines([one]) if line.startswith("a: up to"))
     assert ("first loading alone; no cycle: " in told) == (len(stops) > 1)
-
-
-def test_a_loop_that_gives_back_more_than_it_took_is_refused(tmp_path):
-    path = export(tmp_path / "a.csv", share=0.3, mirrored=True)
-    with pytest.raises(InputError, match=r"cycle 1 takes [\d.]+ mJ and gives back [\d.]+ mJ: expected less"):
-        FRAME_LAB.read(path, Given(loading="cycles"))
 
 
 def test_frames_of_one_series_have_the_same_cycles(tmp_path):

@@ -77,8 +77,6 @@ def test_a_start_that_is_not_square_or_not_free_of_force_is_asked_about(tmp_path
     path = frame_file(tmp_path / "a.csv", offset=3.0)
     words = r"starts at 3, a shear angle of 1\.\d+ deg .*--zero, .* for the frame square"
     refused(words, FRAME_LAB.read, path, Given())
-        r"starts at 3, a shear angle of 1\.\d+ deg .*--zero, .* for the frame square", FRAME_LAB.read, path, Given()
-    )
     (moved,) = FRAME_LAB.read(path, Given(zero=3.0))
     (alone,) = FRAME_LAB.read(frame_file(tmp_path / "b.csv"), Given())
     assert moved.angle == pytest.approx(alone.angle, abs=1e-3)
