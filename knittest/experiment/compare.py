@@ -122,13 +122,13 @@ def _warping_path(a: Array, b: Array) -> tuple[list[int], list[int]]:
 
 def slope_score(curve: Array, reference: Array) -> float:
     """Score of the difference of slopes, each averaged over nine points, over fewer towards the ends."""
-    slope, wanted = _smoothed(np.gradient(curve)), _smoothed(np.gradient(reference))
+    slope, wanted = _smooth(np.gradient(curve)), _smooth(np.gradient(reference))
     total = float(np.abs(wanted).sum())
     error = float(np.abs(slope - wanted).sum()) / total if total > 0.0 else np.inf
     return float(np.clip((MAX_SLOPE - error) / MAX_SLOPE, 0.0, 1.0))
 
 
-def _smoothed(values: Array) -> Array:
+def _smooth(values: Array) -> Array:
     """Means over windows centred on each point; they shrink to 7, 5, 3 and 1 points at the ends."""
     last = len(values) - 1
     reach = [min(SLOPE_WINDOW // 2, k, last - k) for k in range(last + 1)]
@@ -249,7 +249,7 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
         mean = np.interp(of, reference.x, reference.mean)
         sd = None if reference.sd is None else np.interp(of, reference.x, reference.sd)
         x, y, reference = at, np.interp(at, x, y), replace(reference, x=of, mean=mean, sd=sd)
-    if reason := _hindrance(x, y, reference):
+    if reason := _find_obstacle(x, y, reference):
         return judged | {"comparable": False, "reason": reason}
     low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
     grid = np.linspace(low, high, GRID)
@@ -257,28 +257,32 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
     rmse = np.sqrt(np.mean((simulated - measured) ** 2))
     peak = float(measured.max()) if reference.x_name in (ANGLE, *TRAVELS) else reference.peak[1]
     if reference.x_name == ANGLE:
-        found = _at_angles(grid, simulated, measured, reference)
+        found = _compare_at_angles(grid, simulated, measured, reference)
     else:
-        found = _levels(x, y, reference, low, high) if reference.x_name in TRAVELS else _at_peaks(x, y, reference)
+        found = (
+            _compare_levels(x, y, reference, low, high)
+            if reference.x_name in TRAVELS
+            else _compare_peaks(x, y, reference)
+        )
     return judged | {
         "comparable": True,
-        f"range_{reference.x_name}": [_rounded(low), _rounded(high)],
+        f"range_{reference.x_name}": [_round(low), _round(high)],
         **found,
-        f"rmse_{reference.y_name}": _rounded(rmse),
-        "rmse_pct_of_peak": _rounded(100.0 * rmse / peak),
-        **_rated(simulated, measured, _unrated(x, y, reference, reach)),
+        f"rmse_{reference.y_name}": _round(rmse),
+        "rmse_pct_of_peak": _round(100.0 * rmse / peak),
+        **_rate_or_explain(simulated, measured, _reason_for_no_rating(x, y, reference, reach)),
     }
 
 
-def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, object]:
+def _rate_or_explain(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, object]:
     """Rate two curves on one grid, or state the ``reason`` for no rating."""
     if reason:
         return {"rating": None, "no_rating": reason}
     scores = rate(simulated, measured)
-    return {"rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
+    return {"rating": {k: _round(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
 
 
-def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str) -> str:
+def _reason_for_no_rating(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str) -> str:
     """Return the reason why a rating would be misleading; empty if there is none. Tensile curves end at their peak."""
     if reason := UNRATED.get(reference.kind, reference.doubt):
         return reason
@@ -296,19 +300,21 @@ def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str
     return ""
 
 
-def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, object]:
+def _compare_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, object]:
     """Return both peaks and their errors."""
     end, peak = int(np.argmax(y)), reference.peak
     names = (reference.x_name, reference.y_name)
     return {
-        "simulated_peak": dict(zip(names, map(_rounded, (x[end], y[end])), strict=True)),
-        "reference_peak": dict(zip(names, map(_rounded, peak), strict=True)),
-        "peak_error_pct": _rounded(100.0 * (y[end] / peak[1] - 1.0)),
-        "fracture_strain_error_pct": _rounded(100.0 * (x[end] / peak[0] - 1.0)),
+        "simulated_peak": dict(zip(names, map(_round, (x[end], y[end])), strict=True)),
+        "reference_peak": dict(zip(names, map(_round, peak), strict=True)),
+        "peak_error_pct": _round(100.0 * (y[end] / peak[1] - 1.0)),
+        "fracture_strain_error_pct": _round(100.0 * (x[end] / peak[0] - 1.0)),
     }
 
 
-def _levels(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, low: float, high: float) -> dict[str, object]:
+def _compare_levels(
+    x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, low: float, high: float
+) -> dict[str, object]:
     """Compare the levels of a pull from ``low`` to ``high``: largest force of the first half, mean of the second."""
     half = 0.5 * (low + high)
     late = np.linspace(half, high, GRID)
@@ -317,31 +323,33 @@ def _levels(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, low: float,
         for name, travel, force in (("simulated", x, y), ("reference", reference.x, reference.mean))
     }
     found: dict[str, object] = {
-        f"{name}_levels": dict(zip(("static_n", "kinetic_n"), map(_rounded, both), strict=True))
+        f"{name}_levels": dict(zip(("static_n", "kinetic_n"), map(_round, both), strict=True))
         for name, both in levels.items()
     }
     errors = [
-        _rounded(100.0 * (one / other - 1.0)) if other else None for one, other in zip(*levels.values(), strict=True)
+        _round(100.0 * (one / other - 1.0)) if other else None for one, other in zip(*levels.values(), strict=True)
     ]
     return found | dict(zip(("static_error_pct", "kinetic_error_pct"), errors, strict=True))
 
 
-def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve) -> dict[str, object]:
+def _compare_at_angles(
+    grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve
+) -> dict[str, object]:
     """Compare the forces at angles that both curves cover, and at the end of the shorter one: shear has no peak."""
     found = {}
     for angle in (*(a for a in ANGLES if grid[0] <= a < grid[-1]), float(grid[-1])):
         one, other = (float(np.interp(angle, grid, v)) for v in (simulated, measured))
-        error = _rounded(100.0 * (one / other - 1.0)) if other else None
+        error = _round(100.0 * (one / other - 1.0)) if other else None
         forces = (float(f"{force:.5g}") for force in (one, other))
         found[f"{angle:.4g}"] = dict(zip(("simulated", "reference", "error_pct"), (*forces, error), strict=True))
     return {f"{ref.y_name}_at_deg": found}
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     return round(float(value), DIGITS) + 0.0  # no -0.0
 
 
-def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
+def _find_obstacle(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
     """Return the reason why two curves cannot be compared; empty if they can."""
     for name, values in (("simulated", y), ("reference", reference.mean)):
         if len(values) < 3:
@@ -350,10 +358,10 @@ def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
             return f"the {name} curve is constant"
     if min(x[-1], reference.x[-1]) <= max(x[0], reference.x[0]):
         return "the curves have no common range"
-    return _other_units(x, y, reference)
+    return _find_other_units(x, y, reference)
 
 
-def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
+def _find_other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
     """Return peaks or peak positions so far apart that their units must differ; empty if there are none."""
     end, peak = int(np.argmax(y)), reference.peak
     if reference.x_name in (ANGLE, *TRAVELS):  # up to where the shorter one ends

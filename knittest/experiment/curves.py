@@ -111,30 +111,30 @@ def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     try:
         lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        return _plain(path, given)
-    notes = _notes(path, lines)
+        return _read_laboratory_curve(path, given)
+    notes = _read_notes(path, lines)
     conditions = agreed(conditions_of(notes), given, str(path))
     per_width = any(FORCE_PER_WIDTH in line for line in lines if not line.startswith("#"))
     if "kind" not in notes and not per_width:
-        return _plain(path, conditions)
+        return _read_laboratory_curve(path, conditions)
     kind, where = notes.get("kind", ("measured", str(path)))
     if kind not in get_args(Kind):
         raise InputError(f"{where}: # kind: {kind}; expected one of {', '.join(get_args(Kind))}")
-    (x_name, y_name, *_), rows = _table(path, lines)
+    (x_name, y_name, *_), rows = _read_table(path, lines)
     source, _ = notes.get("source", (path.name, ""))
     return ReferenceCurve(
         kind, rows[:, 0], rows[:, 1], rows[:, 2] if rows.shape[1] > 2 else None, x_name, y_name, source,  # type: ignore[arg-type]
-        _stated_peak(path, notes, y_name, conditions), "" if "kind" in notes else TAKEN,
-        _named(conditions, said_by(path, ())), str(path),
+        _read_peak(path, notes, y_name, conditions), "" if "kind" in notes else TAKEN,
+        _add_direction(conditions, said_by(path, ())), str(path),
     )  # fmt: skip
 
 
-def _named(conditions: Conditions, said: Said | None) -> Conditions:
+def _add_direction(conditions: Conditions, said: Said | None) -> Conditions:
     """Add the direction named by a file or folder to ``conditions`` without one."""
     return conditions if conditions.direction or said is None else replace(conditions, direction=said.direction)
 
 
-def _notes(path: Path, lines: list[str]) -> Notes:
+def _read_notes(path: Path, lines: list[str]) -> Notes:
     """Read the comment lines: name to value and place; raises :class:`InputError` for contradicting conditions."""
     notes: Notes = {}
     for number, line in enumerate(lines, 1):
@@ -146,7 +146,7 @@ def _notes(path: Path, lines: list[str]) -> Notes:
     return notes
 
 
-def _table(path: Path, lines: list[str]) -> tuple[list[str], Array]:
+def _read_table(path: Path, lines: list[str]) -> tuple[list[str], Array]:
     """Names of the columns and their numbers (n, columns)."""
     body = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     if len(body) < 3:
@@ -154,14 +154,14 @@ def _table(path: Path, lines: list[str]) -> tuple[list[str], Array]:
     names = body[0][1].split(",")
     if len(names) < 2:
         raise InputError(f"{path}:{body[0][0]}: {names[0]!r}: expected the names of two columns, separated by a comma")
-    rows = np.array([_row(path, n, line, len(names)) for n, line in body[1:]])
+    rows = np.array([_read_row(path, n, line, len(names)) for n, line in body[1:]])
     falls = np.flatnonzero(np.diff(rows[:, 0]) <= 0.0)
     if len(falls):
         raise InputError(f"{path}:{body[falls[0] + 2][0]}: {names[0]} must rise from row to row")
     return names, rows
 
 
-def _plain(path: Path, conditions: Conditions) -> ReferenceCurve:
+def _read_laboratory_curve(path: Path, conditions: Conditions) -> ReferenceCurve:
     """Read a laboratory file: a column of strain or shear angle and one of force."""
     sheared = read_shear(path)
     if sheared is not None:
@@ -174,20 +174,20 @@ def _plain(path: Path, conditions: Conditions) -> ReferenceCurve:
     if len(specimens) > 1:
         raise InputError(f"{path}: {len(specimens)} specimens; average them with knittest data import first")
     (one,) = specimens
-    found = replace(_named(conditions, one.said), strip_width_mm=one.width, gauge_length_mm=one.gauge)
+    found = replace(_add_direction(conditions, one.said), strip_width_mm=one.width, gauge_length_mm=one.gauge)
     return ReferenceCurve(
         "measured", one.strain, one.force, None, "strain_pct", FORCE, path.name, note=TAKEN, conditions=found,
         file=str(path),
     )  # fmt: skip
 
 
-def _stated_peak(path: Path, notes: Notes, y_name: str, conditions: Conditions) -> tuple[float, float] | None:
+def _read_peak(path: Path, notes: Notes, y_name: str, conditions: Conditions) -> tuple[float, float] | None:
     """Strain [%] and force of the mean peak that the header states, in the unit of the column ``y_name``."""
     name = next((n for n in ("peak_force_n", "peak_force_n_per_mm") if n in notes), None)
     if name is None or "fracture_strain_pct" not in notes:
         return None
     texts = (notes[n] for n in ("fracture_strain_pct", name))
-    strain, force = (_row(path, int(where.rpartition(":")[2]), text, 1)[0] for text, where in texts)
+    strain, force = (_read_row(path, int(where.rpartition(":")[2]), text, 1)[0] for text, where in texts)
     if name == f"peak_{y_name}":
         return strain, force
     width = conditions.strip_width_mm
@@ -196,7 +196,7 @@ def _stated_peak(path: Path, notes: Notes, y_name: str, conditions: Conditions) 
     return strain, force / width if name == "peak_force_n" else force * width
 
 
-def _row(path: Path, number: int, line: str, columns: int) -> list[float]:
+def _read_row(path: Path, number: int, line: str, columns: int) -> list[float]:
     with suppress(ValueError):
         values = [float(cell) for cell in line.split(",")]
         if len(values) == columns and np.isfinite(values).all():
@@ -220,13 +220,13 @@ def per_width(curve: ReferenceCurve) -> ReferenceCurve:
             f"{curve.file}: the strip width of {FORCE} is unknown; add a line '# strip_width_mm: ...' to the header "
             f"(knittest data import --width writes it), give compare --width, or use a column {FORCE_PER_WIDTH}"
         )
-    return _divided(curve, width, FORCE_PER_WIDTH)
+    return _divide(curve, width, FORCE_PER_WIDTH)
 
 
 def for_width(curve: ReferenceCurve, width: float) -> ReferenceCurve:
     """Scale a tensile ``curve`` to the force [N] of a ``width`` [mm], with a note; raises as :func:`per_width`."""
     own = curve.conditions.strip_width_mm
-    scaled = _divided(per_width(curve), 1.0 / width, FORCE)
+    scaled = _divide(per_width(curve), 1.0 / width, FORCE)
     if own is None:
         return noted(scaled, f"given per width, scaled to {width:g} mm")
     return scaled if math.isclose(own, width, rel_tol=EXACT) else noted(scaled, f"scaled from {own:g} to {width:g} mm")
@@ -256,7 +256,7 @@ def noted(curve: ReferenceCurve, note: str) -> ReferenceCurve:
     return replace(curve, note="; ".join(filter(None, (curve.note, note))))
 
 
-def _divided(curve: ReferenceCurve, size: float, name: str) -> ReferenceCurve:
+def _divide(curve: ReferenceCurve, size: float, name: str) -> ReferenceCurve:
     peak = curve.stated_peak
     return replace(
         curve, mean=curve.mean / size, sd=None if curve.sd is None else curve.sd / size, y_name=name,

@@ -77,9 +77,7 @@ WIDTH = Condition("strip_width_mm", "strip width", "--width", "mm", StripRig, "w
 FRAME_SIDE = Condition("frame_side_mm", "frame side", "--frame-side", "mm", "picture-frame", "frame_side")
 FABRIC_SIDE = Condition("fabric_side_mm", "fabric side", "--fabric-side", "mm", "picture-frame", "side")
 AREA_MASS = Condition("area_mass_g_m2", "area mass", "--area-mass", "g/m2", Fabric, "area_mass")
-PLANE_ANGLE = Condition(
-    "plane_angle_deg", "angle of the plane", "--plane-angle", "deg", "cantilever", "plane_angle"
-)  # fmt: skip
+PLANE_ANGLE = Condition("plane_angle_deg", "angle of the plane", "--plane-angle", "deg", "cantilever", "plane_angle")
 NORMAL_FORCE = Condition("normal_force_n", "normal force", "--normal-force", "N", "friction", "normal_force")
 PLATE_LENGTH = Condition("plate_length_mm", "plate length", "--plate-length", "mm", "friction", "plate_length")
 PLATE_WIDTH = Condition("plate_width_mm", "plate width", "--plate-width", "mm", "friction", "plate_width")
@@ -110,14 +108,16 @@ def known(
 
     Several columns belong to specimens by ``number``. With ``tiers`` only labels of these ranks count.
     """
-    places = next(filter(None, (_in_head(what, table, tier) for tier in (what.tiers if tiers is None else tiers))), [])
+    places = next(
+        filter(None, (_read_head(what, table, tier) for tier in (what.tiers if tiers is None else tiers))), []
+    )
     named = [k for k, role in enumerate(table.roles) if role in ("", what.key.rpartition("_")[0])]
     named = [k for k in named if tiers is None and what.names(table.names[k])]
     if len(named) not in (0, 1, table.count):
         raise InputError(
             f"{table.where}: {len(named)} columns of {what.name} for {table.count} specimens; expected one each"
         )
-    places += _in_column(what, table, named[number if len(named) > 1 else 0]) if named else []
+    places += _read_column(what, table, named[number if len(named) > 1 else 0]) if named else []
     for value, place in places[1:]:
         if not same(value, places[0][0]):
             raise InputError(
@@ -136,17 +136,17 @@ def known(
     return own
 
 
-def _in_head(what: Condition, table: LabTable, tier: int) -> list[Place]:
+def _read_head(what: Condition, table: LabTable, tier: int) -> list[Place]:
     """Read the values in rows above ``table`` with a label of rank ``tier``."""
     return [
         (what.plausible(*value), f"{table.place}:{line}")
         for line, cells in table.head
         for k, cell in enumerate(cells)
-        if what.names(_split(cell)[0], [tier]) and (value := _value(what, table, line, cells[k:])) is not None
+        if what.names(_split(cell)[0], [tier]) and (value := _read_value(what, table, line, cells[k:])) is not None
     ]
 
 
-def _in_column(what: Condition, table: LabTable, column: int) -> list[Place]:
+def _read_column(what: Condition, table: LabTable, column: int) -> list[Place]:
     """Read the different values of ``what`` in its column."""
     name, factor = table.names[column], what.units[table.unit(column, what.units) or what.unit]
     places: dict[float, str] = {}
@@ -165,7 +165,7 @@ def _split(cell: str) -> tuple[str, str]:
     return (label.strip("# \t"), behind) if not behind or _VALUE.match(behind) else (cell.strip("# \t"), "")
 
 
-def _value(what: Condition, table: LabTable, line: int, cells: Sequence[str]) -> Place | None:
+def _read_value(what: Condition, table: LabTable, line: int, cells: Sequence[str]) -> Place | None:
     """Read the number in or after a cell with a label, and its name in messages; ``None`` without a number."""
     label, rest = _split(cells[0])
     behind = [cell for cell in (rest, *cells[1:]) if cell]

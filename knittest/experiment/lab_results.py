@@ -177,23 +177,23 @@ def write_results(out: Path, results: Results) -> str:
             f"--direction {results.direction}: {out / folder} has the same curves, imported as {other}; remove that "
             f"folder if they are {results.direction} tests"
         )
-    inner, notes = _prepared(out, results.test, results.direction), results.notes(out)
+    inner, notes = _make_folder(out, results.test, results.direction), results.notes(out)
     known = results.statistics()
     write_atomic(inner / STATISTICS, json.dumps(known, indent=2, ensure_ascii=False) + "\n")
-    write_atomic(out / table_name(results.test, results.direction), _table(out, results, known))
+    write_atomic(out / table_name(results.test, results.direction), _table_text(out, results, known))
     if curves := results.curves:
         band, files = curves.band, dict(curves.more)
         files["corridor.csv"] = dict(zip(curves.names, (band.strain, band.mean, band.sd), strict=True)), curves.head
         for file, (columns, head) in files.items():
-            write_atomic(inner / file, _curve([*notes, *head], columns))
+            write_atomic(inner / file, _curve_text([*notes, *head], columns))
         for number, (name, xy) in enumerate(zip(results.names, curves.each, strict=True), 1):
-            text = _curve([f"# specimen: {name}", *notes[1:]], dict(zip(curves.names, xy, strict=False)))
+            text = _curve_text([f"# specimen: {name}", *notes[1:]], dict(zip(curves.names, xy, strict=False)))
             write_atomic(inner / f"specimen-{number:02d}.csv", text)
         _plot(curves, inner / "curves.png")
     return out.resolve().name
 
 
-def _prepared(out: Path, test: str, direction: str) -> Path:
+def _make_folder(out: Path, test: str, direction: str) -> Path:
     """Make the folder of this import, without earlier specimens; raises :class:`InputError` for other files in it."""
     inner = out / folder_name(test, direction)
     own = {SOURCE_FILE, FABRIC, *(name(*one) for one in _imports() for name in (folder_name, table_name))}
@@ -214,7 +214,7 @@ def _prepared(out: Path, test: str, direction: str) -> Path:
     return inner
 
 
-def _table(out: Path, results: Results, known: Mapping[str, Any]) -> str:
+def _table_text(out: Path, results: Results, known: Mapping[str, Any]) -> str:
     """Tidy rows as :func:`knittest.experiment.tables.published` reads them."""
     import pandas as pd
 
@@ -228,7 +228,7 @@ def _table(out: Path, results: Results, known: Mapping[str, Any]) -> str:
     return str(table.to_csv(index=False, lineterminator="\n"))
 
 
-def _curve(notes: Sequence[str], columns: Mapping[str, Array]) -> str:
+def _curve_text(notes: Sequence[str], columns: Mapping[str, Array]) -> str:
     """Curve as :func:`knittest.experiment.curves.load_curve` reads it, without columns of NaN (unknown scatter)."""
     import pandas as pd
 

@@ -52,15 +52,15 @@ def read_sheets(path: Path, delimiter: str | None = None) -> list[tuple[str, lis
     """Return name and rows of each sheet of a workbook; a text file is one sheet without a name."""
     raw = read_regular(path, MAX_BYTES, "export fewer points")
     if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
-        return _workbook(path, raw)
-    text = _plain(_decode(path, raw))
-    delimiter = _delimiter(text) if delimiter is None else delimiter
+        return _read_workbook(path, raw)
+    text = _normalise(_decode(path, raw))
+    delimiter = _find_delimiter(text) if delimiter is None else delimiter
     if len(delimiter) != 1 or delimiter in '"\r\n':
         raise InputError(f"--delimiter {shown(delimiter)}: expected one character")
-    return [("", _split(path, text, delimiter))]
+    return [("", _split_rows(path, text, delimiter))]
 
 
-def _workbook(path: Path, raw: bytes) -> list[tuple[str, list[Row]]]:
+def _read_workbook(path: Path, raw: bytes) -> list[tuple[str, list[Row]]]:
     """Read the sheets in another process: a damaged workbook can crash the reader or use all memory."""
     try:
         read = subprocess.run([sys.executable, "-c", _READER], input=raw, capture_output=True, timeout=_PATIENCE)
@@ -81,25 +81,25 @@ def _workbook(path: Path, raw: bytes) -> list[tuple[str, list[Row]]]:
 def _cell(value: Any) -> str:
     if isinstance(value, int | float):
         return "" if value != value else f"{value:.15g}"
-    text = _stripped(_plain(str(value)))
+    text = _strip_cell(_normalise(str(value)))
     if re.fullmatch(r"[+-]?\d{1,3}(\.\d{3})*,\d+|[+-]?\d+,\d+", text):  # real numbers have a point
         return text.replace(".", "").replace(",", ".")
     return "" if text in ("nan", "NaT") else text
 
 
-def _split(path: Path, text: str, delimiter: str) -> list[Row]:
+def _split_rows(path: Path, text: str, delimiter: str) -> list[Row]:
     text = text.replace("\t", "  ") if delimiter == BLANKS else text
     for number, line in enumerate(lines := io.StringIO(text, newline=None), 1):
         if len(line) > MAX_ROW_LENGTH:
             raise InputError(f"{path}:{number}: the row exceeds {MAX_ROW_LENGTH} characters; expected a table")
     lines.seek(0)
     if delimiter == BLANKS:
-        return [(number, cells) for number, line in enumerate(lines, 1) if (cells := _aligned(line.strip()))]
+        return [(number, cells) for number, line in enumerate(lines, 1) if (cells := _split_at_blanks(line.strip()))]
     rows: list[Row] = []
     reader, limit = csv.reader(lines, delimiter=delimiter, skipinitialspace=True), csv.field_size_limit(MAX_ROW_LENGTH)
     try:
         for number, cells in enumerate(reader):
-            stripped = [_stripped(c) for c in cells]
+            stripped = [_strip_cell(c) for c in cells]
             if any(stripped):
                 rows.append((reader.line_num, stripped))
             if number > MAX_ROWS:
@@ -111,7 +111,7 @@ def _split(path: Path, text: str, delimiter: str) -> list[Row]:
     return rows
 
 
-def _aligned(line: str) -> list[str]:
+def _split_at_blanks(line: str) -> list[str]:
     """Split a line at blanks: numbers at each blank, names at two or more blanks where there are any."""
     words, wide = line.split(), re.split(r"\s{2,}", line)
     if not words or all(NUMBER.match(word) for word in words):
@@ -122,7 +122,7 @@ def _aligned(line: str) -> list[str]:
     return wide if len(wide) > 1 or re.search(r"[:=]", line) else words
 
 
-def _delimiter(text: str) -> str:
+def _find_delimiter(text: str) -> str:
     """Find the mark that splits most rows into numbers; else tab or semicolon if one occurs, else the comma."""
     sample = text[: 40 * _SAMPLE].splitlines()[:_SAMPLE]
     best, most = "", 0
@@ -142,12 +142,12 @@ def _delimiter(text: str) -> str:
     return max(counts, key=lambda mark: counts[mark]) if max(counts.values()) else ","
 
 
-def _plain(text: str) -> str:
+def _normalise(text: str) -> str:
     """Normalise minus signs and the width of letters."""
     return text if text.isascii() else unicodedata.normalize("NFKC", text.replace("\u2212", "-").replace("…", "..."))
 
 
-def _stripped(cell: str) -> str:
+def _strip_cell(cell: str) -> str:
     """Remove outer blanks, and blanks or apostrophes that separate thousands."""
     cell = cell.strip()
     return re.sub("[ '’]", "", cell) if cell[:1] in "+-0123456789" and _THOUSANDS.fullmatch(cell) else cell
@@ -161,8 +161,8 @@ def _decode(path: Path, raw: bytes) -> str:
     elif odd + even > len(raw[:4000]) // 4:
         encodings, raw = ("utf-16-le" if odd > even else "utf-16-be",), raw[: len(raw) // 2 * 2]
     else:
-        encodings = ("utf-8-sig",) if _decoded(raw, "utf-8-sig") else ENCODINGS
-    found = [text for encoding in encodings if (text := _decoded(raw, encoding))]
+        encodings = ("utf-8-sig",) if _try_decode(raw, "utf-8-sig") else ENCODINGS
+    found = [text for encoding in encodings if (text := _try_decode(raw, encoding))]
     if not found and raw:
         raise InputError(f"{path}: unknown text encoding; save the file as UTF-8")
     best = max(found, key=lab_units.count_known, default="")
@@ -170,11 +170,11 @@ def _decode(path: Path, raw: bytes) -> str:
         from charset_normalizer import from_bytes
 
         guess = from_bytes(raw[:200_000]).best()
-        return (guess and _decoded(raw, guess.encoding)) or best
+        return (guess and _try_decode(raw, guess.encoding)) or best
     return best
 
 
-def _decoded(raw: bytes, encoding: str) -> str:
+def _try_decode(raw: bytes, encoding: str) -> str:
     try:
         text = raw.decode(encoding)
     except UnicodeDecodeError:

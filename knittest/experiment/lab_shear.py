@@ -141,13 +141,13 @@ class Tested:
 
 def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Array, Array]]:
     """Return the fields of :class:`Sheared` from the square state on, and angle and force of all rows."""
-    role, given = _moved(r, tested), r.given
+    role, given = _travel_role(r, tested), r.given
     moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
     first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
     force = -force if given.sign == "negative" else force
     factor = r.factors[role]
-    angle = _angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
+    angle = _shear_angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
             f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg (limit {SQUARE:g} deg); "
@@ -169,7 +169,7 @@ def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Arr
     return {"angle": angle[rows][sheared], "force": first[sheared], "turned": turned}, (angle, force)
 
 
-def _moved(r: Recording, tested: Tested) -> str:
+def _travel_role(r: Recording, tested: Tested) -> str:
     """Find the role of the column for the angle; raises :class:`InputError` for an unsuitable travel or force."""
     role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
     along_sides = (
@@ -187,7 +187,7 @@ def _moved(r: Recording, tested: Tested) -> str:
     return role
 
 
-def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
+def _shear_angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
     """Shear angle [deg], (n,), of an angle [deg], a travel [mm] or a strain [%]."""
     if role == "angle":
         return moved

@@ -65,7 +65,7 @@ def read_strip(r: Recording) -> Specimen:
     """
     names, why = r.table.names, {}
     pull, gauge = next(k for k in r.group if r.table.roles[k] == "force"), r.known(GAUGE)
-    measures = _measures(r, gauge)
+    measures = _find_measures(r, gauge)
     clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
     r.unit, _ = r.unit_of(pull)
     for measure in measures:
@@ -99,7 +99,7 @@ def read_strip(r: Recording) -> Specimen:
     )
 
 
-def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
+def _find_measures(r: Recording, gauge: float | None) -> list[_Measure]:
     """Find the columns for the strain, the best first; raises :class:`InputError` for an unknown unit."""
     own, standard, grips, marks = r.known(EXTENSOMETER), r.known(STANDARD), r.known(GAUGE, [0]), r.known(GAUGE, [1])
     if own is None and grips and marks and not same(grips, marks):
@@ -150,7 +150,7 @@ class _Rows:
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
             self.clamp = values[:, 2] * beside.factor if beside else None
             strain = checks.drawn(values[:, 1] * measure.factor, sign)
-            start = _start(strain, self.force, self.top)
+            start = _strain_at_start(strain, self.force, self.top)
             if strain[self.top] < start and sign == "positive" and not measure.has_extensometer:
                 strain, start = -strain, -start
                 self.notes.append("the travel is negative in tension: its sign was reversed")
@@ -167,7 +167,7 @@ class _Rows:
         Raises :class:`InputError` if its unit contradicts the clamp travel.
         """
         rows, lines = slice(0, self.top + 1), self.lines
-        e, force = _without_spikes(self.strain[rows]), np.maximum.accumulate(self.force[rows])
+        e, force = _remove_spikes(self.strain[rows]), np.maximum.accumulate(self.force[rows])
         most, top = np.maximum.accumulate(e), float(np.abs(e).max())
         if self.top < 2:
             return ""
@@ -189,7 +189,7 @@ class _Rows:
             k = int(np.argmax(e > e[-1] - least))
             rise = f"from {force[k]:.4g} to {force[-1]:.4g} N (line {lines[k]})"
             return f"its strain stays at {e[-1]:.4g} % while the force rises {rise}"
-        x = np.zeros(1) if self.clamp is None else _without_spikes(self.clamp[rows] - self.clamp[0])
+        x = np.zeros(1) if self.clamp is None else _remove_spikes(self.clamp[rows] - self.clamp[0])
         if not abs(x[-1]) > 0.0:
             return ""
         steps = np.abs(np.diff(e / e.max())) - np.abs(np.diff(x / x[-1]))
@@ -255,7 +255,7 @@ class _Rows:
             )
 
 
-def _start(strain: Array, force: Array, top: int) -> float:
+def _strain_at_start(strain: Array, force: Array, top: int) -> float:
     """Return the strain of the rows before loading, to be subtracted; 0 if it is negligible or if the first row is one
     step from the origin on the curve (the row of zeros was left out).
     """
@@ -274,7 +274,7 @@ def _start(strain: Array, force: Array, top: int) -> float:
     return zero
 
 
-def _without_spikes(values: Array) -> Array:
+def _remove_spikes(values: Array) -> Array:
     """Running median of five rows, for at least 25 rows."""
     from scipy.ndimage import median_filter
 

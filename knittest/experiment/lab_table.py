@@ -112,20 +112,20 @@ def read_tables(path: Path, given: Given, wanted: Wanted, words: str, own: tuple
     found: list[LabTable] = []
     others: list[Row] = []
     for sheet, rows in sheets:
-        tables = _tables_in(rows, f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path), given, wanted)
+        tables = _find_tables(rows, f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path), given, wanted)
         found += tables
         others += [] if tables else rows
     for k, table in enumerate(found):
-        table.head = table.head + others + _stated_in_columns(table.head + others, k, len(found))
+        table.head = table.head + others + _conditions_in_columns(table.head + others, k, len(found))
         _refuse_foreign(path, table.head, table.names, own)
         table.mark = given.decimal or decimal_mark(path, [cell for _, row in table.body for cell in row])
     if not found:
         _refuse_foreign(path, others, [], own)
-        raise _no_names(str(path), others, wanted, words, given)
+        raise _missing_names_error(str(path), others, wanted, words, given)
     return found
 
 
-def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
+def _find_roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
     """Roles of columns: stated by the user, with no other column of that role, else by the table of names."""
     found = []
     for name, below in zip(names, units, strict=True):
@@ -146,28 +146,30 @@ def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str
     return ["result" if k in left and role in beside else role for k, role in enumerate(found)]
 
 
-def _lacking(roles: Sequence[str], wanted: Wanted) -> list[str]:
+def _missing_roles(roles: Sequence[str], wanted: Wanted) -> list[str]:
     """Return the most likely role for each of ``wanted`` that no column has."""
     return ["travel" if "travel" in some else some[0] for some in wanted if not set(some) & set(roles)]
 
 
-def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> list[LabTable]:
-    rows = _with_names(rows, given.columns, place) if given.columns else rows
+def _find_tables(rows: list[Row], place: str, given: Given, wanted: Wanted) -> list[LabTable]:
+    rows = _insert_names(rows, given.columns, place) if given.columns else rows
     found: list[LabTable] = []
     k = end = 0
 
     def names_all(cells: list[str]) -> bool:
         texts = [cell for cell in cells if cell and not NUMBER.match(cell)]
-        return 2 * len(texts) > sum(map(bool, cells)) and not _lacking(_roles(cells, [""] * len(cells), given), wanted)
+        return 2 * len(texts) > sum(map(bool, cells)) and not _missing_roles(
+            _find_roles(cells, [""] * len(cells), given), wanted
+        )
 
     while k < len(rows):
         names = rows[k][1]
         if not names_all(names):
             k += 1
             continue
-        first, units, line = _units_below(rows, k)
-        roles = _roles(names, units, given)
-        if _lacking(roles, wanted):
+        first, units, line = _find_units(rows, k)
+        roles = _find_roles(names, units, given)
+        if _missing_roles(roles, wanted):
             for name, below in zip(names, units, strict=True):  # of a wanted name, and a unit of another quantity?
                 _, role = lab_units.role(name, below)
                 if role in ("force", "overhang", "thickness", "pressure") and role in sum(wanted, ()):
@@ -179,7 +181,7 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
         own = {cells[0] for _, cells in rows[end:k] if len(cells) > 1}
         shared = found[0].head if found else []
         head = [*(row for row in shared if row[1][0] not in own), *rows[end:k]][-MAX_HEAD:]
-        blocks, k, notes = _blocks(rows, first, needed, names_all)
+        blocks, k, notes = _split_blocks(rows, first, needed, names_all)
         last = blocks[-1][-1][0] if blocks[-1] else line
         end = next((n for n in range(first, k) if rows[n][0] > last), k)
         for block in blocks:
@@ -188,28 +190,28 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
                 if any(cells[len(names) :]):
                     message = f"{place}:{at}: {len(cells)} cells below {len(names)} columns"
                     raise InputError(f"{message}; export with a delimiter that is not the decimal mark")
-            if found and found[-1].names == names and _goes_on(found[-1], table):
+            if found and found[-1].names == names and _continues(found[-1], table):
                 found[-1].body += block
             else:
                 found.append(table)
     longest = max((len(table.body) for table in found), default=0)
     names = next((table.names for table in found if len(table.body) == longest), [])
     kept = [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
-    return [part for table in kept for part in _by_specimen(table)] if len(wanted) > 1 else kept
+    return [part for table in kept for part in _split_by_specimen(table)] if len(wanted) > 1 else kept
 
 
-def _by_specimen(table: LabTable) -> list[LabTable]:
+def _split_by_specimen(table: LabTable) -> list[LabTable]:
     """Split a ``table`` whose recordings follow each other, if a column names their specimens."""
     for k in table.having("specimen"):
         labels = [cells[k] if k < len(cells) else "" for _, cells in table.body]
         starts = [0, *(row for row, (one, other) in enumerate(pairwise(labels), 1) if one != other), len(labels)]
         parts = [replace(table, body=table.body[start:end]) for start, end in pairwise(starts)]
-        if all(len(part.body) > 2 for part in parts) and not any(_goes_on(*two) for two in pairwise(parts)):
+        if all(len(part.body) > 2 for part in parts) and not any(_continues(*two) for two in pairwise(parts)):
             return parts
     return [table]
 
 
-def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
+def _find_units(rows: list[Row], k: int) -> tuple[int, list[str], int]:
     """Find the row of the first numbers below the names in row ``k``, the units, and the line of units or names."""
     line, names = rows[k]
     below: list[tuple[int, int]] = []
@@ -225,7 +227,7 @@ def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
     return max(b for _, b in below) + 1, (rows[at][1] + [""] * len(names))[: len(names)], rows[at][0]
 
 
-def _blocks(
+def _split_blocks(
     rows: list[Row], first: int, needed: list[int], names_all: Callable[[list[str]], bool]
 ) -> tuple[list[list[Row]], int, list[str]]:
     """Split rows from ``first`` on at gaps and texts; returns blocks, the row after them, and notes on skipped rows."""
@@ -260,7 +262,7 @@ def _blocks(
     return [block for block in blocks if block] or [[]], k, notes[:3] + more
 
 
-def _goes_on(one: LabTable, other: LabTable) -> bool:
+def _continues(one: LabTable, other: LabTable) -> bool:
     """Return whether ``other`` continues the recording ``one`` by time or travel; a travel that returned has ended."""
     moves = one.having("time") + one.having("travel", "extensometer", "angle", "pressure")
     rows = [*one.body[:: len(one.body) // 500 + 1], one.body[-1], other.body[0]] if one.body and other.body else []
@@ -274,13 +276,13 @@ def _goes_on(one: LabTable, other: LabTable) -> bool:
     return bool(abs(then - last) <= abs(then - start)) and not (way > 0.0 and ended)
 
 
-def _first_numbers(rows: list[Row]) -> int | None:
+def _find_numbers(rows: list[Row]) -> int | None:
     return next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
 
 
-def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
+def _insert_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
     """Insert the column names of the user above the numbers."""
-    first = _first_numbers(rows)
+    first = _find_numbers(rows)
     if first is None:
         raise InputError(f"{place}: --columns: the file has no row of numbers")
     line, cells = rows[first]
@@ -308,9 +310,9 @@ def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: 
         raise InputError(f"{path}: {shown(text)} names another test ({kind}); remove the file, or correct this text")
 
 
-def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
+def _missing_names_error(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
     """Error for a file without known column names, with the option that states their roles."""
-    at, message = _first_numbers(rows), f"{path}: no header row names {words}"
+    at, message = _find_numbers(rows), f"{path}: no header row names {words}"
     if at is None:
         return InputError(message)
     line, cells = rows[at]
@@ -321,11 +323,11 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
         few = len(cells) <= FEW
-        guess = ",".join(_guessed(block, _lacking([], wanted))) if few else "NAME,NAME,..."
+        guess = ",".join(_guess_roles(block, _missing_roles([], wanted))) if few else "NAME,NAME,..."
         return InputError(f"{message}; line {line} has numbers without names: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
-    roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
-    lacking = _lacking(list(roles.values()), wanted)
+    roles = dict(zip(names, _find_roles(names, [""] * len(names), given), strict=True))
+    lacking = _missing_roles(list(roles.values()), wanted)
     units = dict(zip(above[0][1], above[1][1] if len(above) > 1 else [], strict=False))
     free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
 
@@ -348,7 +350,7 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     )
 
 
-def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
+def _guess_roles(rows: list[list[str]], needed: list[str]) -> list[str]:
     """Guess the roles of columns of numbers: equal steps are a time, then the wanted roles by size."""
     mark = "," if any("," in cell for row in rows[:50] for cell in row) else "."
     columns = np.array([[number(cell, mark) for cell in row] for row in rows]).T
@@ -364,13 +366,13 @@ def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
     return names
 
 
-def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
+def _conditions_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
     """Read conditions from a table of results as rows of label, number and unit; of ``count`` rows the ``number``."""
     found: list[Row] = []
     for (_, names), (k, _) in zip(head, enumerate(head), strict=True):
         if len([n for n in names if n]) < 2 or any(_STATED.fullmatch(n) for n in names):
             continue
-        first, units, _ = _units_below(head, k)
+        first, units, _ = _find_units(head, k)
         values = []
         for row in head[first:]:
             filled = [c for c, n in enumerate(names) if n and c < len(row[1]) and NUMBER.match(row[1][c])]

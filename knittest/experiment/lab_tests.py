@@ -98,7 +98,7 @@ class LabTest(Generic[SpecimenT]):
         variant = lab_results.write_results(out, results)
         if not (out / lab_results.SOURCE_FILE).exists():
             write_atomic(out / lab_results.SOURCE_FILE, lab_results.source_text())
-        write_atomic(out / FABRIC, HEAD + "\n".join(_lines(fabric_part(out), "")) + "\n")
+        write_atomic(out / FABRIC, HEAD + "\n".join(_yaml_lines(fabric_part(out), "")) + "\n")
         return variant
 
     def useless(self, option: str) -> InputError:
@@ -125,12 +125,12 @@ def fabric_part(out: Path) -> dict[str, Any]:
     return {name: found[name] for name in Fabric.model_fields if found.get(name)}
 
 
-def _lines(part: dict[str, Any], indent: str) -> list[str]:
+def _yaml_lines(part: dict[str, Any], indent: str) -> list[str]:
     """YAML of nested mappings; entries with a value or a kind are one line, as in the shipped fabrics."""
     found = []
     for name, value in part.items():
         if isinstance(value, dict) and not {"value", "kind"} & set(value):
-            found += [f"{indent}{name}:", *_lines(value, indent + "  ")]
+            found += [f"{indent}{name}:", *_yaml_lines(value, indent + "  ")]
         else:
             text = re.sub(r'"(\w+)": ', r"\1: ", json.dumps(value, ensure_ascii=False))
             found.append(f"{indent}{name}: {text}")
@@ -153,7 +153,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     given = Given(
         stated.get("decimal"), stated.get("delimiter"), sizes={what.key: value for what, value in sizes.items()},
         columns=tuple(name.strip() for name in stated["columns"].split(",")) if stated.get("columns") else (),
-        named=dict(_named(text) for text in stated.get("column", ())), **said,
+        named=dict(_parse_column(text) for text in stated.get("column", ())), **said,
     )  # fmt: skip
     found = []
     for path in files:
@@ -167,7 +167,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     return found
 
 
-def _named(text: str) -> tuple[str, str]:
+def _parse_column(text: str) -> tuple[str, str]:
     """Name in lower case and role of a column in ``--column``."""
     role, equals, name = text.partition("=")
     role = {"strain": "extensometer"}.get(role.strip(), role.strip().replace("-", "_"))

@@ -54,10 +54,10 @@ def pattern(*path: str | int) -> re.Pattern[str]:
     for key in path:
         found = found.get(key, {}) if isinstance(found, dict) else found[key]
     text = "|".join(found.values()) if isinstance(found, dict) else found
-    return re.compile(_ACCENTED.sub(lambda letter: _with_and_without(letter[0]), text or "(?!)"), re.I)
+    return re.compile(_ACCENTED.sub(lambda letter: _accent_pattern(letter[0]), text or "(?!)"), re.I)
 
 
-def _with_and_without(letter: str) -> str:
+def _accent_pattern(letter: str) -> str:
     """Return a pattern of an accented letter that also matches plain text such as 'Epaisseur' and 'Pruefzeit'."""
     plain = {"ł": "l", "ß": "ss"}.get(letter, unicodedata.normalize("NFD", letter)[0])
     if letter.startswith("[") or plain == letter:
@@ -96,7 +96,7 @@ def role(name: str, below: str = "") -> tuple[str, str]:
 def may_be(key: str, name: str, below: str) -> bool:
     """Return whether the unit of a column, if stated, is one of the role ``key``."""
     own = [QUANTITIES[quantity] for quantity in table()["columns"][key].get("quantity", ())]
-    texts = [text for text in (_bare(below), *_bracketed(name)) if text not in ("", "MN", "ft")]
+    texts = [text for text in (_strip_brackets(below), *_texts_in_brackets(name)) if text not in ("", "MN", "ft")]
     return not own or all(any(known(text, units) for units in own) or not is_unit(text) for text in texts)
 
 
@@ -141,7 +141,7 @@ def count_known(text: str) -> int:
 
 
 @lru_cache(256)
-def _is_parsed(unit: str) -> bool:
+def _is_known_to_pint(unit: str) -> bool:
     """Return whether pint understands ``unit``."""
     if not re.fullmatch(r"[A-Za-z°%/*^.·\d\s]{1,12}", unit) or unit[:1].isdigit():
         return False
@@ -154,18 +154,18 @@ def _is_parsed(unit: str) -> bool:
     return True
 
 
-def _bare(text: str) -> str:
+def _strip_brackets(text: str) -> str:
     return text.strip("[]() ")
 
 
-def _bracketed(name: str) -> list[str]:
+def _texts_in_brackets(name: str) -> list[str]:
     """Return the texts in brackets, which must be units."""
     return [text for square, round_ in _BRACKETS.findall(name[-LONGEST:]) if (text := (square or round_).strip())]
 
 
 def known(text: str, units: Mapping[str, float]) -> str:
     """Return the one of ``units`` that ``text`` spells, in any case; ``""`` for none, and for MN (not mN)."""
-    text = base_units.plainly(_bare(text))
+    text = base_units.plainly(_strip_brackets(text))
     text = table()["units"].get(text.lower(), text)
     if text == "1" and "mm/mm" in units:
         return "mm/mm"
@@ -174,19 +174,23 @@ def known(text: str, units: Mapping[str, float]) -> str:
 
 def is_unit(text: str) -> bool:
     """Return whether a cell is a unit of any quantity, or empty."""
-    text = _bare(text)
-    return not text or any(known(text, q) for q in QUANTITIES.values()) or _is_parsed(table()["units"].get(text, text))
+    text = _strip_brackets(text)
+    return (
+        not text
+        or any(known(text, q) for q in QUANTITIES.values())
+        or _is_known_to_pint(table()["units"].get(text, text))
+    )
 
 
 def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str:
     """Return the unit in the name of a column or in the cell ``below``; ``""`` for none; InputError if unknown."""
     bare = _BRACKETS.sub("", name[-LONGEST:]).strip()
-    marked = [*_bracketed(name), *_MARKED.findall(bare)]
+    marked = [*_texts_in_brackets(name), *_MARKED.findall(bare)]
     places = [*marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
     in_name = next((p for p in places if known(p, units)), next(filter(None, marked), ""))
     if known(below, units) and not is_unit(in_name):  # a channel, such as that of 'Tensile strain (Strain 1)'
         in_name = ""
-    for text in (_bare(below), in_name):
+    for text in (_strip_brackets(below), in_name):
         if text and not known(text, units):
             raise InputError(f"{where}: column {name!r} has the unit {text!r}; expected one of {', '.join(units)}")
     above, beneath = known(in_name, units), known(below, units)

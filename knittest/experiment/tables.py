@@ -51,14 +51,14 @@ def published(
     for path, rows in groupby(tidy_rows(folder), key=lambda row: row[0]):
         directions = (direction, "")
         own = [(n, row) for _, n, row in rows if row["variant"] == variant and row["direction"] in directions]
-        conditions = _conditions(path, own)
+        conditions = _read_conditions(path, own)
         for line, row in own:
             if row["quantity"] in quantities:
-                found[row["quantity"]] = _value(path, line, row, conditions)
+                found[row["quantity"]] = _read_value(path, line, row, conditions)
     return [found[q] for q in quantities if q in found]
 
 
-def _conditions(path: Path, rows: Iterable[tuple[int, dict[str, str]]]) -> Conditions:
+def _read_conditions(path: Path, rows: Iterable[tuple[int, dict[str, str]]]) -> Conditions:
     """Sizes that ``rows`` of one table state."""
     texts: dict[str, tuple[str, str]] = {}
     for line, row in rows:
@@ -121,7 +121,7 @@ def left_out(rows: Iterable[tuple[PublishedValue, str]]) -> list[str]:
     ]
 
 
-def _value(path: Path, line: int, row: dict[str, str], conditions: Conditions) -> PublishedValue:
+def _read_value(path: Path, line: int, row: dict[str, str], conditions: Conditions) -> PublishedValue:
     try:
         mean, sd, n = float(row["mean"]), float(row["sd"] or "nan"), int(row["n"] or 0)
         return PublishedValue(row["quantity"], mean, sd, n, row["unit"], row["table"], conditions, f"{path}:{line}")
@@ -176,25 +176,25 @@ class ShearBand:
 
 def shear_bands(fabric: str) -> list[ShearBand]:
     """Bands of ``fabric`` by rising angle; empty for one that was not studied."""
-    rows = _table(SHEAR_BANDS, fabric).sort_values("shear_angle_deg")
+    rows = _read_study(SHEAR_BANDS, fabric).sort_values("shear_angle_deg")
     return [ShearBand(r.shear_angle_deg, r.p5, r.p50, r.p95, r.count, r.points) for r in rows.itertuples(index=False)]
 
 
 def friction_curves(fabric: str) -> list[FrictionCurve]:
     """Picture frames of the yarns of ``fabric``, by rising coefficient; empty for one that was not swept."""
-    groups = _table(YARN_FRICTION, fabric).groupby("friction_coefficient")
+    groups = _read_study(YARN_FRICTION, fabric).groupby("friction_coefficient")
     return [FrictionCurve(float(mu), one[ANGLE].to_numpy(float), one[FORCE].to_numpy(float)) for mu, one in groups]
 
 
 def speed_rows(test: str, scale: str, fabric: str) -> list[SpeedRow]:
     """The study of ``test`` at ``scale`` with ``fabric``; empty where there is none."""
-    table = _table(SPEED, fabric)
+    table = _read_study(SPEED, fabric)
     of = table[(table["test"] == test) & (table["scale"] == scale)]
     names = ["variant", "preset", "setting", "unit", "value", "quantity", "result", "result_half"]
     return [SpeedRow(*row) for row in of[names].itertuples(index=False)]
 
 
-def _table(name: str, fabric: str) -> Any:
+def _read_study(name: str, fabric: str) -> Any:
     """Return the rows of ``fabric``; those with a variant state it by its number."""
     import pandas as pd
 

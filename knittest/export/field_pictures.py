@@ -74,11 +74,11 @@ def fields_figure(fields: Sequence[PlanField], *, title: str, label: str) -> "Fi
     norm, cut = symmetric(np.concatenate([f.value for f in fields]))
     for column, field in enumerate(fields):
         axes = sheet.panel(0, column)
-        drawn = _draw(axes, field, norm)
+        drawn = _draw_field(axes, field, norm)
         axes.set_title(field.name, fontsize=9.5, loc="left")
     sheet.bar(drawn, 0, cut, label)
     if len(fields) > 1:
-        _differences(sheet, fields, label)
+        _draw_differences(sheet, fields, label)
     top = BOTTOM + sheet.tall if len(fields) > 1 else BOTTOM - 0.4
     notes = [f"largest absolute values: {', '.join(f'{np.nanmax(np.abs(f.value)):.3g}' for f in fields)}"]
     notes += [f"colours span {SPANNED:g} % of the values"] if cut != "neither" else []
@@ -127,7 +127,7 @@ class _Sheet:
         self.figure.colorbar(drawn, cax=axes, extend=cut).set_label(text, fontsize=9)
 
 
-def _differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None:
+def _draw_differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None:
     step = float((sheet.high - sheet.low).max()) / GRID
     x, y = (np.arange(a + 0.5 * step, b, step) for a, b in zip(sheet.low, sheet.high, strict=True))
     first, *others = (on_grid(field, x, y) for field in fields)
@@ -143,7 +143,7 @@ def _differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None
     sheet.bar(drawn, 1, cut, f"difference: {label}")
 
 
-def _draw(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
+def _draw_field(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
     known = np.isfinite(field.value)
     side = 72.0 * PANEL * field.spacing / (axes.get_xlim()[1] - axes.get_xlim()[0])
     x, y = field.place[known].T

@@ -181,7 +181,7 @@ def curve_picture(
         marker: dict[str, Any] = {"color": BLUE, "markeredgecolor": "white", "markersize": 8}
         axes.plot(strain[top], force[top], "o", label=label, zorder=5, **marker)
     else:
-        _ensemble(axes, specimens, corridor)
+        _draw_ensemble(axes, specimens, corridor)
     axes.set(xlabel="strain [%]", ylabel="force [N]")
     axes.set_xlim(left=0)
     axes.set_ylim(0, axes.get_ylim()[1] * 1.06)
@@ -199,7 +199,7 @@ def curve_picture(
 def draw_reference(axes: "Axes", reference: Reference) -> None:
     """Draw a curve to compare with in the style of its kind, which the legend names."""
     colour, dashes, text = _STYLE[reference.kind]
-    label = _cited(text, reference.source)
+    label = _add_citation(text, reference.source)
     above = 4.5 if reference.kind == "input" else 2.0  # a simulation that returns its input would hide it
     axes.plot(
         reference.strain_pct, reference.force_n, color=colour, linestyle=dashes, linewidth=1.6, label=label,
@@ -214,18 +214,18 @@ def draw_end_point(axes: "Axes", point: EndPoint) -> None:
     label: str | None = f"experiment, mean, sd not stated ({point.source})"
     if np.isfinite(point.strain_sd + point.force_sd):
         corner, size = (point.strain_mean - point.strain_sd, point.force_mean - point.force_sd), 2 * point.strain_sd
-        cited, label = _cited("experiment, mean ± sd", point.source), None
+        cited, label = _add_citation("experiment, mean ± sd", point.source), None
         colour: dict[str, Any] = {"facecolor": RED, "alpha": 0.13, "edgecolor": RED}
         axes.add_patch(Rectangle(corner, size, 2 * point.force_sd, label=cited, zorder=2, **colour))
     axes.plot(point.strain_mean, point.force_mean, "D", color=RED, markersize=5, zorder=3, label=label)
 
 
-def _cited(text: str, source: str) -> str:
+def _add_citation(text: str, source: str) -> str:
     """``text`` with its citation in brackets, as one entry of a legend."""
     return textwrap.fill(f"{text} ({source})" if source else text, LEGEND).replace("$", r"\$")
 
 
-def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:
+def _draw_ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:
     for number, curve in enumerate(specimens):
         label = f"{len(specimens)} simulated specimens (circles: peaks)" if number == 0 else None
         strain, force = curve["strain_pct"], curve["force_n"]
@@ -282,8 +282,8 @@ def energy_picture(
     for axes in (upper, lower):
         dress(axes)
     time, rows = history.energies["time_ms"], rows or judged_rows(history)
-    _energies(upper, history.energies, time)
-    _ratios(lower, history.energies, time, kinetic_limit, energy_limit)
+    _draw_energies(upper, history.energies, time)
+    _draw_ratios(lower, history.energies, time, kinetic_limit, energy_limit)
     for axes, failure, shaded in ((upper, "first failure", None), (lower, None, _SHADED)):
         if history.first_failure is not None:
             axes.axvline(float(time[history.first_failure]), color=RED, linewidth=1.1, label=failure)
@@ -298,7 +298,7 @@ def energy_picture(
     save(figure, path)
 
 
-def _energies(axes: "Axes", energies: dict[str, Array], time: Array) -> None:
+def _draw_energies(axes: "Axes", energies: dict[str, Array], time: Array) -> None:
     parts = [name for name in energies if name.startswith("internal_")]
     for name, (colour, dashes) in zip(parts, _PART_STYLES, strict=False):
         label = "internal, " + name.removeprefix("internal_").removesuffix("_mj")
@@ -308,7 +308,7 @@ def _energies(axes: "Axes", energies: dict[str, Array], time: Array) -> None:
             axes.plot(time, energies[name], color=colour, linestyle=dashes, linewidth=1.5, label=label)
 
 
-def _ratios(axes: "Axes", energies: dict[str, Array], time: Array, kinetic: float, error: float) -> None:
+def _draw_ratios(axes: "Axes", energies: dict[str, Array], time: Array, kinetic: float, error: float) -> None:
     for name, limit, colour, dashes, label in (
         ("kinetic_ratio", kinetic, BLUE, "-", "kinetic energy over work"),
         ("energy_error", error, ORANGE, "-.", "energy error"),

@@ -10,6 +10,7 @@ import shutil
 import unicodedata
 from contextlib import suppress
 from datetime import datetime
+from itertools import chain, count
 from pathlib import Path
 
 from knittest.base.errors import InputError, ResourceError
@@ -34,7 +35,7 @@ class RunLock:
             self.descriptor = self._open()
         except OSError as error:
             raise resource_error(self.path, error) from error
-        self.stale_owner = _describe(os.pread(self.descriptor, 4096, 0))
+        self.stale_owner = _describe_owner(os.pread(self.descriptor, 4096, 0))
         owner = json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
         try:
             os.ftruncate(self.descriptor, 0)
@@ -55,7 +56,7 @@ class RunLock:
             except FileNotFoundError:
                 pass
             except OSError as error:
-                owner = _describe(os.pread(handle, 4096, 0)) or "an unknown process"
+                owner = _describe_owner(os.pread(handle, 4096, 0)) or "an unknown process"
                 os.close(handle)
                 if error.errno in (errno.EAGAIN, errno.EACCES):
                     raise ResourceError(
@@ -96,7 +97,7 @@ def is_locked(folder: Path) -> bool:
     return False
 
 
-def _describe(content: bytes) -> str | None:
+def _describe_owner(content: bytes) -> str | None:
     """Return ``process 123 on host`` from the content of a lock; None if it is empty."""
     if not content.strip():
         return None
@@ -182,14 +183,11 @@ def fresh_folder(path: Path) -> Path:
     """Make ``path``, or ``path-2``, ``path-3``... when runs of the same second got there first."""
     make_folder(path.parent)
     try:
-        candidate, number = path, 1
-        while True:
-            try:
+        for candidate in chain([path], (path.with_name(f"{path.name}-{number}") for number in count(2))):
+            with suppress(FileExistsError):
                 candidate.mkdir()
-                return candidate
-            except FileExistsError:
-                number += 1
-                candidate = path.with_name(f"{path.name}-{number}")
+                break
+        return candidate
     except OSError as error:
         raise resource_error(path, error) from error
 
@@ -215,7 +213,7 @@ def clear_dead_run(path: Path, lock: RunLock) -> None:
     names = {file.name for file in path.iterdir()} - {LOCK_NAME}
     if not names:
         return
-    if _ended(path)[0] == "completed":  # and killed before its lock was removed
+    if _read_ending(path)[0] == "completed":  # and killed before its lock was removed
         raise InputError(f"--out {path}: contains a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
     useless = fnmatch.filter(names, CHECKPOINTS) if of_bad_input(path) else []  # of another input
@@ -238,7 +236,7 @@ def remove_run(path: Path) -> None:
     Raises :class:`InputError` for a link, another folder and files that knittest did not write, and
     :class:`ResourceError` while a process uses it. Then nothing is removed.
     """
-    manifest = _manifest(path)
+    manifest = _read_manifest(path)
     if path.is_symlink() or not {"status", "config_sha256"} <= manifest.keys():
         raise InputError(f"{path}: not a run folder, not removed")
     path = path.resolve()
@@ -276,16 +274,16 @@ def _is_of_run(file: Path) -> bool:
 
 def of_bad_input(path: Path) -> bool:
     """Return whether the run in ``path`` ended because of an input error."""
-    return _ended(path) == ("failed", InputError.exit_code)
+    return _read_ending(path) == ("failed", InputError.exit_code)
 
 
-def _ended(path: Path) -> tuple[object, object]:
+def _read_ending(path: Path) -> tuple[object, object]:
     """Return status and exit code of the manifest in ``path``; ``None`` if there is none."""
-    manifest = _manifest(path)
+    manifest = _read_manifest(path)
     return manifest.get("status"), manifest.get("exit_code")
 
 
-def _manifest(path: Path) -> dict[str, object]:
+def _read_manifest(path: Path) -> dict[str, object]:
     """Return the manifest in ``path``; empty if there is none."""
     try:
         manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))

@@ -46,7 +46,7 @@ def write_frames(run_folder: Path, history: History, bodies: Sequence[Body] = ()
     for body in bodies:
         entries += _write_body(folder, body, [frame.time for frame in history.frames])
     collection = run_folder / "frames.pvd"
-    write_atomic(collection, _collection(entries, history.mesh))
+    write_atomic(collection, _collection_text(entries, history.mesh))
     return collection
 
 
@@ -83,7 +83,7 @@ def _write_body(folder: Path, body: Body, times: Sequence[float]) -> list[Entry]
     return entries
 
 
-def _collection(entries: list[Entry], mesh: Mesh) -> str:
+def _collection_text(entries: list[Entry], mesh: Mesh) -> str:
     parts = ", ".join(f"{number} {name}" for number, name in enumerate(mesh.part_names))
     parts = re.sub("-+", "-", parts)  # two in a row may not stand in a comment
     rows = "".join(
@@ -162,14 +162,14 @@ def tube_surface(position: Array, cells: Index, radius: Array, alive: NDArray[np
     points, triangles, element, first = [], [], [], 0
     for chain in chains:
         nodes = np.append(cells[chain, 0], cells[chain[-1], 1])
-        points.append(_rings(position[nodes], float(radius[chain[0]]), sides))
-        triangles.append(first + _walls(len(nodes), sides))
+        points.append(_tube_points(position[nodes], float(radius[chain[0]]), sides))
+        triangles.append(first + _tube_triangles(len(nodes), sides))
         element.append(np.concatenate([np.repeat(chain, 2 * sides), np.repeat(chain[[0, -1]], sides)]))
         first += len(points[-1])
     return TubeSurface(np.concatenate(points), np.concatenate(triangles), np.concatenate(element))
 
 
-def _rings(path: Array, radius: float, sides: int) -> Array:
+def _tube_points(path: Array, radius: float, sides: int) -> Array:
     """Corners of a section at each point of ``path`` (n, 3), turned with it and not about it, then both end points."""
     along = np.diff(path, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-30)
@@ -187,7 +187,7 @@ def _rings(path: Array, radius: float, sides: int) -> Array:
     return np.concatenate([(path[:, None] + radius * around).reshape(-1, 3), path[[0, -1]]])
 
 
-def _walls(rings: int, sides: int) -> Index:
+def _tube_triangles(rings: int, sides: int) -> Index:
     """Triangles of ``rings`` of ``sides`` corners, ring by ring, then those of the first and of the last end."""
     corner = np.arange(sides)
     turned = np.roll(corner, -1)
@@ -209,20 +209,21 @@ def write_tubes(path: Path, surface: TubeSurface, fields: Mapping[str, Array]) -
     if form not in SURFACE_FORMATS:
         raise InputError(f"{path}: unknown format; expected the suffix {' or '.join(SURFACE_FORMATS)}")
     if form == ".vtp":
-        write_atomic(path, _vtp(surface, fields))
+        write_atomic(path, _vtp_text(surface, fields))
     else:
         _save(path, "stl", surface.points, [("triangle", surface.triangles)])
 
 
-def _vtp(surface: TubeSurface, fields: Mapping[str, Array]) -> str:
+def _vtp_text(surface: TubeSurface, fields: Mapping[str, Array]) -> str:
     """Return poly data of VTK; only VTK itself has a writer for it."""
     n, m = len(surface.points), len(surface.triangles)
     cells = "".join(
-        _array("Float32", values[surface.element].astype("<f4"), f' Name="{name}"') for name, values in fields.items()
+        _data_array("Float32", values[surface.element].astype("<f4"), f' Name="{name}"')
+        for name, values in fields.items()
     )
-    points = _array("Float32", surface.points.astype("<f4"), ' NumberOfComponents="3"')
-    polys = _array("Int32", surface.triangles.astype("<i4"), ' Name="connectivity"')
-    polys += _array("Int32", 3 * np.arange(1, m + 1, dtype="<i4"), ' Name="offsets"')
+    points = _data_array("Float32", surface.points.astype("<f4"), ' NumberOfComponents="3"')
+    polys = _data_array("Int32", surface.triangles.astype("<i4"), ' Name="connectivity"')
+    polys += _data_array("Int32", 3 * np.arange(1, m + 1, dtype="<i4"), ' Name="offsets"')
     return (
         '<?xml version="1.0"?>\n<!-- lengths in mm, forces in N -->\n'
         '<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">\n<PolyData>\n'
@@ -232,7 +233,7 @@ def _vtp(surface: TubeSurface, fields: Mapping[str, Array]) -> str:
     )
 
 
-def _array(kind: str, values: NDArray[np.generic], named: str) -> str:
+def _data_array(kind: str, values: NDArray[np.generic], named: str) -> str:
     raw = np.ascontiguousarray(values).tobytes()
     data = base64.b64encode(len(raw).to_bytes(4, "little") + raw).decode("ascii")
     return f'<DataArray type="{kind}"{named} format="binary">{data}</DataArray>\n'

@@ -72,11 +72,11 @@ def drawn_tubes(start: Array, end: Array, radius: Array, colour: Array, view: Vi
         chunk = max(1, int(_CHUNK_PIXELS // (patch[0] * patch[1])))
         for first in range(0, len(start), chunk):
             part = slice(first, first + chunk)
-            _draw(canvas, start[part], end[part], radius[part], colour[part], patch)
+            _draw_chunk(canvas, start[part], end[part], radius[part], colour[part], patch)
     return canvas
 
 
-def _draw(canvas: Canvas, start: Array, end: Array, radius: Array, colour: Array, patch: Index) -> None:
+def _draw_chunk(canvas: Canvas, start: Array, end: Array, radius: Array, colour: Array, patch: Index) -> None:
     """Draw one chunk of beams; ``patch`` (columns, rows) of pixels covers the largest beam."""
     corner = np.minimum(start, end)[:, :2] - radius[:, None]
     first = np.floor((corner - [canvas.view.left, canvas.view.bottom]) / canvas.view.pixel).astype(int)
@@ -147,7 +147,7 @@ def nearest(corners: Array, view: View) -> tuple[Array, Array]:
     ``corners`` (n, 3, 3), in axes of ``view`` with z towards the viewer; (rows, columns) each, row 0 at the bottom.
     """
     rows, columns = view.shape
-    corners = _cut(corners, _WHOLE * view.pixel)
+    corners = _halve_triangles(corners, _WHOLE * view.pixel)
     height, light = np.full(rows * columns, -np.inf), np.zeros(rows * columns)
     place = corners.copy()
     place[:, :, :2] = (corners[:, :, :2] - [view.left, view.bottom]) / view.pixel - 0.5  # centres of pixels are whole
@@ -160,14 +160,14 @@ def nearest(corners: Array, view: View) -> tuple[Array, Array]:
         step = max(1, _RASTER_PIXELS // int(patch) ** 2)
         for first in range(0, len(alike), step):
             part = alike[first : first + step]
-            pixel, surface, which = _covered(place[part], low[part], int(patch), (rows, columns))
+            pixel, surface, which = _covered_pixels(place[part], low[part], int(patch), (rows, columns))
             np.maximum.at(height, pixel, surface)
             top = surface >= height[pixel]
             light[pixel[top]] = shade[part[which[top]]]
     return height.reshape(rows, columns), light.reshape(rows, columns)
 
 
-def _cut(corners: Array, most: float) -> Array:
+def _halve_triangles(corners: Array, most: float) -> Array:
     """Halve triangles ``corners`` (n, 3, 3) across their longest visible side until it is at most ``most`` [mm]."""
     done = []
     while len(corners):
@@ -181,7 +181,7 @@ def _cut(corners: Array, most: float) -> Array:
     return np.concatenate(done) if done else corners
 
 
-def _covered(place: Array, low: Index, patch: int, shape: tuple[int, int]) -> tuple[Index, Array, Index]:
+def _covered_pixels(place: Array, low: Index, patch: int, shape: tuple[int, int]) -> tuple[Index, Array, Index]:
     """Pixels that triangles ``place`` (n, 3, 3) cover in a ``patch`` from ``low`` (n, 2) on, height and triangle."""
     column, row = _pixels(low, (patch, patch))
     a, b = ((place[:, k] - place[:, 0]).T[:, :, None, None] for k in (1, 2))

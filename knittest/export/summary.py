@@ -47,10 +47,10 @@ def build_summary(
         "scale": run.model.scale,
         "direction": run.direction,
         "status": "completed",
-        "results": _folded(specimens),
+        "results": _fold_specimens(specimens),
         "quality": {gate.key: getattr(quality, gate.key) for gate in GATES} | {"quasi_static": quality.quasi_static},
         "cost": {key: getattr(cost, key) for key in CostBlock.__annotations__},  # type: ignore[typeddict-item]
-        "comparison": [] if quality.failures else [_row(row) for row in comparison],
+        "comparison": [] if quality.failures else [_fixed_keys(row) for row in comparison],
         "kinds": {} if quality.failures else dict(kinds or {}),
         "assumed": list(assumed),
         "refused": list(quality.failures),
@@ -61,16 +61,16 @@ def build_summary(
         ],
     }
     if any(rest):
-        found["rest"] = _folded(of_all(rest))
+        found["rest"] = _fold_specimens(of_all(rest))
     return found
 
 
-def _folded(specimens: Sequence[Results]) -> dict[str, object]:
+def _fold_specimens(specimens: Sequence[Results]) -> dict[str, object]:
     """Return the numbers of one specimen, or mean, sd and values of several, as in the file."""
     return folded(specimens[0] if len(specimens) == 1 else ensemble_results(specimens))
 
 
-def _row(row: ComparisonRow) -> ComparisonRow:
+def _fixed_keys(row: ComparisonRow) -> ComparisonRow:
     """Return the row with the fixed keys only, in their order; raises ``KeyError`` for a missing one."""
     optional = ComparisonRow.__optional_keys__
     keys = [key for key in ComparisonRow.__annotations__ if key in row or key not in optional]

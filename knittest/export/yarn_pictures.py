@@ -62,19 +62,19 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
     frames = (before, history.frames[-1])
     start = history.frames[0].position
     along = _pulled_axis(start, before.position)
-    positions = [_upright(frame.position, start, along) for frame in frames]
+    positions = [_turn_upright(frame.position, start, along) for frame in frames]
     force = "axial_force" if history.mesh.kind == "beams" else f"force_{direction}"
     scale = _scale(force, before)
-    box = _bounds(*positions)
+    box = _fit_window(*positions)
     zooms = history.mesh.kind == "beams"
     figure, strips, windows = _layout(box, zooms)
     for number, (axes, frame, position) in enumerate(zip(strips, frames, positions, strict=True)):
-        colour = _colours(history.mesh, frame.fields[force], scale)
+        colour = _colour_elements(history.mesh, frame.fields[force], scale)
         _draw(axes, history.mesh, frame, position, colour, box)
         axes.set_title(_caption(frame, float(history.curve["force_n"].max()), broken=number == 1), fontsize=9.5)
         axes.set_xlabel("across [mm]", fontsize=9)
         if zooms:
-            view = _window(_fracture(history.mesh, frames[1], position), box)
+            view = _zoom_window(_find_fracture(history.mesh, frames[1], position), box)
             window, corner = windows[number], (view.left, view.bottom)
             _draw(window, history.mesh, frame, position, colour, view)
             axes.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
@@ -97,7 +97,7 @@ def _pulled_axis(start: Array, pulled: Array) -> int:
     return int(np.argmax(stretch))
 
 
-def _upright(position: Array, reference: Array, along: int) -> Array:
+def _turn_upright(position: Array, reference: Array, along: int) -> Array:
     """Turn the strip so that the pull is upwards, seen from the technical face (+z), its first corner at (0, 0)."""
     low, high = reference.min(axis=0), reference.max(axis=0)
     if along == 0:
@@ -118,7 +118,7 @@ def _scale(force: str, before: Frame) -> Scale:
     return Scale(colours, Normalize(0.0, largest, clip=True), label, largest)
 
 
-def _bounds(before: Array, broken: Array) -> View:
+def _fit_window(before: Array, broken: Array) -> View:
     """A window around both states; what a fracture threw further than the margin is cut off."""
     low, high = before[:, :2].min(axis=0), before[:, :2].max(axis=0)
     margin = 0.1 * (high - low).min()
@@ -154,7 +154,7 @@ def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"
     return figure, strips, windows
 
 
-def _colours(mesh: Mesh, force: Array, scale: Scale) -> Array:
+def _colour_elements(mesh: Mesh, force: Array, scale: Scale) -> Array:
     """Colour of each element, (n_el, 3); a knitting yarn without load worth naming stays pale."""
     colour = scale.rgb(force)
     if "knit" in mesh.part_names:
@@ -185,7 +185,7 @@ def _broken_inlays(mesh: Mesh, frame: Frame) -> NDArray[np.bool_]:
     return dead & (mesh.part != mesh.part_names.index("knit")) if "knit" in mesh.part_names else dead
 
 
-def _fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
+def _find_fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
     """Place to look at, (2,) [mm]: the failed inlay element with most others near, of these the most central one."""
     centre = (position[:, :2].min(axis=0) + position[:, :2].max(axis=0)) / 2
     middle = position[mesh.cells[_broken_inlays(mesh, broken)]].mean(axis=1)[:, :2]
@@ -196,7 +196,7 @@ def _fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
     return best[np.argmin(np.hypot(*(best - centre).T))]
 
 
-def _window(centre: Array, box: View) -> View:
+def _zoom_window(centre: Array, box: View) -> View:
     """A square of 20 mm around ``centre``, moved inside the picture of the strip where it fits."""
     half = _ZOOM_MM / 2
     low, high = np.array([box.left, box.bottom]) + half, np.array([box.right, box.top]) - half
@@ -297,14 +297,14 @@ _VIEWS = (("face", 0.0, 0.0), ("back", 0.0, np.pi), ("oblique", -0.9, 0.5))
 def cell_picture(path: Path, cell: Cell, title: str) -> None:
     """Draw 4 x 4 cells to ``path`` (PNG), the wales upright. Raises :class:`ResourceError`."""
     count = _CELLS + 2 * _MARGIN
-    start, end, radius, colour = _tubes(centre_lines(cell, count, count, _FINER), cell.spec.radius)
+    start, end, radius, colour = _yarn_segments(centre_lines(cell, count, count, _FINER), cell.spec.radius)
     middle = 0.5 * count * np.array([cell.spec.wale, cell.spec.course, 0.0])
     width, height = _CELLS * cell.spec.wale, _CELLS * cell.spec.course
     view = View(-0.5 * width, 0.5 * width, -0.5 * height, 0.5 * height, _PIXEL)
     figure = new_figure(15.0, 0.9 + 4.8 * height / width)
     figure.suptitle(f"{title}: {width:.1f} x {height:.1f} mm, thickness {cell.thickness:.2f} mm")
     for axes, (name, about_x, about_y) in zip(figure.subplots(1, 3), _VIEWS, strict=True):
-        turn = _turn(about_x, about_y)
+        turn = _turn_matrix(about_x, about_y)
         image = render_tubes((start - middle) @ turn.T, (end - middle) @ turn.T, radius, colour, view)
         axes.imshow(image, origin="lower", extent=view.extent)
         axes.set_title(name)
@@ -313,7 +313,7 @@ def cell_picture(path: Path, cell: Cell, title: str) -> None:
     save(figure, path)
 
 
-def _tubes(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Array, Array, Array]:
+def _yarn_segments(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Array, Array, Array]:
     """Start and end (n, 3) [mm], radius (n,) [mm] and colour (n, 3) of all segments of the yarns."""
     pieces = [len(p.points) - 1 for p in paths]
     colours = [_COLOUR.get(p.system, _COURSES[p.index % 2]) for p in paths]
@@ -325,7 +325,7 @@ def _tubes(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Arra
     )
 
 
-def _turn(about_x: float, about_y: float) -> Array:
+def _turn_matrix(about_x: float, about_y: float) -> Array:
     """Matrix (3, 3) that turns the fabric about y, then about x."""
     cx, sx, cy, sy = np.cos(about_x), np.sin(about_x), np.cos(about_y), np.sin(about_y)
     tilt = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])

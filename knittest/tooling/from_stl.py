@@ -27,7 +27,7 @@ def mended(mesh: TriangleMesh, away: float, height: float) -> tuple[TriangleMesh
     [mm], upwards (``away`` = 1) or downwards (-1), away from the fabric. Raises :class:`InputError` for any other one.
     """
     notes = []
-    disagreeing = _disagreeing(mesh)
+    disagreeing = _triangles_to_flip(mesh)
     if disagreeing.any():
         mesh = mesh.turned(disagreeing)
         notes.append(f"{disagreeing.sum()} triangles with another orientation than their neighbours were flipped")
@@ -48,13 +48,13 @@ def mended(mesh: TriangleMesh, away: float, height: float) -> tuple[TriangleMesh
     return mesh, notes
 
 
-def _disagreeing(mesh: TriangleMesh) -> NDArray[np.bool_]:
+def _triangles_to_flip(mesh: TriangleMesh) -> NDArray[np.bool_]:
     """Triangles (m,) to flip so that all neighbours agree, the fewer of each connected part.
 
     Each triangle is two nodes of a graph, unchanged and flipped. Neighbours that agree connect equal states, others
     opposite ones. If both states of a triangle are in one component, the surface is one-sided (a Moebius strip).
     """
-    count, (a, b, differ) = len(mesh.triangles), _neighbours(mesh)
+    count, (a, b, differ) = len(mesh.triangles), _pair_neighbours(mesh)
     rows, columns = np.concatenate([a, a + count]), np.concatenate([b + count * differ, b + count * ~differ])
     graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(2 * count, 2 * count))
     _, label = connected_components(graph, directed=False)
@@ -65,7 +65,7 @@ def _disagreeing(mesh: TriangleMesh) -> NDArray[np.bool_]:
     return (votes[turned] > votes[kept]) | ((votes[turned] == votes[kept]) & (turned < kept))
 
 
-def _neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_]]:
+def _pair_neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_]]:
     """Pairs of triangles at an edge, (n,) each, and whether both run along it in the same direction (wrong)."""
     edges = mesh.edges
     owner = np.tile(np.arange(len(mesh.triangles)), 3)

@@ -44,14 +44,14 @@ class Outline:
         found = np.full(len(p), np.inf)
         for centre, radius, start, span in zip(self.centre, self.radius, self.start, self.span, strict=True):
             off = p - centre
-            passed = np.flatnonzero(_passed(off, start, span))
+            passed = np.flatnonzero(_is_in_arc(off, start, span))
             _keep_nearer(found, passed, np.sign(span) * (np.hypot(off[passed, 0], off[passed, 1]) - radius))
         for begin, end in self._lines():
             x, y = end - begin
             length = max(float(np.linalg.norm(end - begin)), 1e-9)
             from_endless_line = np.abs((p[:, 0] - begin[0]) * y - (p[:, 1] - begin[1]) * x) / length
             near = np.flatnonzero(from_endless_line <= np.abs(found) + SLACK)
-            _keep_nearer(found, near, _from_line(p[near], begin, end))
+            _keep_nearer(found, near, _distance_from_line(p[near], begin, end))
         return found
 
     def stations(self, longest: float, reach: float = 0.0) -> tuple[Array, Array]:
@@ -131,7 +131,7 @@ def rectangle(length_x: float, length_y: float, radius: float) -> Outline:
     return rounded_polygon([(-x, -y), (x, -y), (x, y), (-x, y)], np.full(4, radius))
 
 
-def _passed(off: Array, start: float, span: float) -> NDArray[np.bool_]:
+def _is_in_arc(off: Array, start: float, span: float) -> NDArray[np.bool_]:
     """Return whether rays of an arc from ``start`` over ``span`` [rad] meet points ``off`` (n, 2) from its centre."""
     if abs(span) >= 2.0 * pi:
         return np.ones(len(off), bool)
@@ -148,7 +148,7 @@ def _keep_nearer(found: Array, index: NDArray[np.intp], candidate: Array) -> Non
     found[index[nearer]] = candidate[nearer]
 
 
-def _from_line(p: Array, begin: Array, end: Array) -> Array:
+def _distance_from_line(p: Array, begin: Array, end: Array) -> Array:
     """Distance of ``p`` (n, 2) from a piece of straight line, negative on its left; infinite for one without length."""
     along = end - begin
     length = float(np.linalg.norm(along))
@@ -257,13 +257,13 @@ class SweptEdge:
         profile = self._profile(height)
         plan, normal = self.outline.stations(LONGEST, max(self._across(profile[-1, 0]), 0.0))
         rings = [
-            _at(plan + self._across(across) * normal, self.face + depth * (1.0 if self.down else -1.0))
+            _lift(plan + self._across(across) * normal, self.face + depth * (1.0 if self.down else -1.0))
             for across, depth in profile
         ]
         pairs = pairwise(rings)
         parts = [wall(a, b) if self.inside == self.down else wall(b, a) for a, b in pairs]
         ends = (float(rings[0][0, 2]), float(rings[-1][0, 2]))
-        border = [] if outer is None else [_at(outer.stations(LONGEST)[0], end) for end in ends]
+        border = [] if outer is None else [_lift(outer.stations(LONGEST)[0], end) for end in ends]
         for k, up in ((0, not self.down), (-1, self.down)):
             if np.ptp(rings[k][:, 0]) > LONGEST:  # a hemisphere's face is a point
                 within = partial(self._is_body, edge=self._across(profile[k, 0]), outer=outer)
@@ -292,6 +292,6 @@ class SweptEdge:
         return np.vstack([edge, [height * tan(self.draft), height]])
 
 
-def _at(plan: Array, height: float) -> Array:
+def _lift(plan: Array, height: float) -> Array:
     """Points in plan (n, 2) at a ``height``: (n, 3)."""
     return np.column_stack([plan, np.full(len(plan), height)])

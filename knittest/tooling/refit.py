@@ -33,7 +33,7 @@ class Change:
     def settings(self) -> list[str]:
         """The change as settings of a run, ``rig.NAME.stl.FIELD=VALUE``."""
         return [
-            f"rig.{name}.stl.{field}={_text(value)}"
+            f"rig.{name}.stl.{field}={_setting_text(value)}"
             for name, fields in self.fields.items()
             for field, value in fields.items()
         ]
@@ -89,23 +89,23 @@ class _Search:
 
     def ranked(self, changes: list[Change]) -> list[Change]:
         """The ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
-        filled = [(self._filled(change, FEW_CELLS), change) for change in changes]
+        filled = [(self._share_filled(change, FEW_CELLS), change) for change in changes]
         return [change for share, change in sorted(filled, key=lambda pair: -round(pair[0], 1)) if share > 0.0]
 
     def centred(self) -> Iterator[Change]:
-        away = {name: self._offset(self.tools.by_name[name]) for name in self.files}
-        for names in self._groups():
+        away = {name: self._offset_to_middle(self.tools.by_name[name]) for name in self.files}
+        for names in self._groups_of_files():
             if all(away[name] for name in names):
                 yield Change({name: away[name] for name in names})
 
     def moved(self, change: Change) -> Iterator[Change]:
         """The ``change`` with all its tools moved to the middle of the blank, if that is another one."""
-        made = self._set(change, COARSE)
-        away = {} if made is None else {name: self._offset(made.by_name[name]) for name in change.fields}
+        made = self._make_set(change, COARSE)
+        away = {} if made is None else {name: self._offset_to_middle(made.by_name[name]) for name in change.fields}
         if any(away.values()):
             yield Change({name: {**fields, **away[name]} for name, fields in change.fields.items()})
 
-    def _offset(self, tool: RigidTool) -> dict[str, object]:
+    def _offset_to_middle(self, tool: RigidTool) -> dict[str, object]:
         """Fields that move ``tool`` to the middle of the blank; none if it is there."""
         assert tool.stl is not None
         points = tool.solid.points[:, :2]
@@ -120,39 +120,41 @@ class _Search:
             yield Change({"stamp": {"path": self.files["die"].path}, "die": {"path": self.files["stamp"].path}})
 
     def scaled(self) -> Iterator[Change]:
-        for names in reversed(self._groups()):
+        for names in reversed(self._groups_of_files()):
             for scale in SCALES:
                 yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
 
     def fits(self, change: Change, coarsest: float) -> bool:
         """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's, if coarser."""
         try:
-            tools = self._set(change, coarsest)
+            tools = self._make_set(change, coarsest)
             return (
-                tools is not None and self._filled(change, CELLS) > 0.0 and not measure_fit(tools, self.stroke).problems
+                tools is not None
+                and self._share_filled(change, CELLS) > 0.0
+                and not measure_fit(tools, self.stroke).problems
             )
         except InputError:  # a body that cannot be sampled as it lies
             return False
 
-    def _filled(self, change: Change, cells: int) -> float:
-        tools = self._set(change, COARSE)
+    def _share_filled(self, change: Change, cells: int) -> float:
+        tools = self._make_set(change, COARSE)
         return 0.0 if tools is None else filled_share(tools, self.stroke, cells)
 
-    def _groups(self) -> list[tuple[str, ...]]:
+    def _groups_of_files(self) -> list[tuple[str, ...]]:
         sizes = range(1, len(self.files) + 1)
         return [group for size in sizes for group in combinations(self.files, size)]
 
-    def _set(self, change: Change, coarsest: float) -> ToolSet | None:
+    def _make_set(self, change: Change, coarsest: float) -> ToolSet | None:
         made = {}
         for name, fields in change.fields.items():
             spacing = max(self.files[name].spacing, coarsest)
-            tool = self._made(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
+            tool = self._make_tool(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
             if tool is None:
                 return None
             made[name] = tool
         return replace(self.tools, **made)
 
-    def _made(self, name: str, stl: StlTool) -> RigidTool | None:
+    def _make_tool(self, name: str, stl: StlTool) -> RigidTool | None:
         if (name, stl) not in self.known:
             try:
                 self.known[name, stl] = self.tools.by_name[name].changed(**stl.model_dump())
@@ -161,7 +163,7 @@ class _Search:
         return self.known[name, stl]
 
 
-def _text(value: object) -> str:
+def _setting_text(value: object) -> str:
     if isinstance(value, tuple):
         return "[" + ",".join(f"{float(part):g}" for part in value) + "]"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
