@@ -83,14 +83,13 @@ def best_shift(curve: Array, reference: Array) -> int:
     """
     limit = int(MAX_SHIFT * len(curve))
     order = sorted(range(-limit, limit + 1), key=lambda m: (abs(m), -m))
-    return max(order, key=lambda m: round(_correlation(*aligned(curve, reference, m)), 12))
 
+    def correlation(shift: int) -> float:
+        a, b = (part - part.mean() for part in aligned(curve, reference, shift))
+        norm = float(np.linalg.norm(a) * np.linalg.norm(b))
+        return round(float(a @ b) / norm if norm > 0.0 else -1.0, 12)  # a constant has none: -1, the worst
 
-def _correlation(a: Array, b: Array) -> float:
-    """Correlation coefficient; of a constant, which has none, -1: the worst."""
-    a, b = a - a.mean(), b - b.mean()
-    norm = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return float(a @ b) / norm if norm > 0.0 else -1.0
+    return max(order, key=correlation)
 
 
 def magnitude_score(curve: Array, reference: Array) -> float:
@@ -264,22 +263,18 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
             if reference.x_name in TRAVELS
             else _compare_peaks(x, y, reference)
         )
+    rating: dict[str, object] = {"rating": None, "no_rating": _reason_for_no_rating(x, y, reference, reach)}
+    if not rating["no_rating"]:
+        scores = rate(simulated, measured)
+        rating = {"rating": {k: _round(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
     return judged | {
         "comparable": True,
         f"range_{reference.x_name}": [_round(low), _round(high)],
         **found,
         f"rmse_{reference.y_name}": _round(rmse),
         "rmse_pct_of_peak": _round(100.0 * rmse / peak),
-        **_rate_or_explain(simulated, measured, _reason_for_no_rating(x, y, reference, reach)),
+        **rating,
     }
-
-
-def _rate_or_explain(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, object]:
-    """Rate two curves on one grid, or state the ``reason`` for no rating."""
-    if reason:
-        return {"rating": None, "no_rating": reason}
-    scores = rate(simulated, measured)
-    return {"rating": {k: _round(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
 
 
 def _reason_for_no_rating(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str) -> str:
@@ -358,17 +353,12 @@ def _find_obstacle(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> s
             return f"the {name} curve is constant"
     if min(x[-1], reference.x[-1]) <= max(x[0], reference.x[0]):
         return "the curves have no common range"
-    return _find_other_units(x, y, reference)
-
-
-def _find_other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
-    """Return peaks or peak positions so far apart that their units must differ; empty if there are none."""
     end, peak = int(np.argmax(y)), reference.peak
     if reference.x_name in (ANGLE, *TRAVELS):  # up to where the shorter one ends
         last = min(x[-1], reference.x[-1])
         end = int(np.searchsorted(x, last, side="right")) - 1
         peak = last, float(np.interp(last, reference.x, reference.mean))
-    found = []
+    found = []  # peaks, or their positions, so far apart that their units must differ
     for name, simulated, measured in zip((reference.x_name, reference.y_name), (x[end], y[end]), peak, strict=True):
         if not simulated / FAR < measured < simulated * FAR:
             unit = UNITS.get(name, "")

@@ -96,7 +96,7 @@ def find_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
 
 
 def located(path: Path) -> Path:
-    """``path`` if it is a file, else the one of that name in the shipped data, if there is one."""
+    """Return ``path``, or the file of that name in the shipped data if only that exists."""
     shipped = data_dir() / path
     return shipped if not path.exists() and shipped.is_file() else path
 

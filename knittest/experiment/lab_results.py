@@ -88,7 +88,7 @@ class Results:
         return [f"# {name}: {value}" for name, value in stated.items() if value]
 
     def lines(self) -> list[str]:
-        """The table with mean and sd, remarks and conditions."""
+        """Lines of the table with mean and sd, remarks and conditions."""
         conditions = [f"{what.name}: {value:.6g} {what.unit}".removesuffix(" 1") for what, value in self.conditions]
         return [*table_lines(self.names, self.shown), *self.remarks, *conditions]
 

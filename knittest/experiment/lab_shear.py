@@ -48,7 +48,7 @@ def pulled(force: Array, sign: Sign, where: str) -> Array:
 
 
 def tared(force: Array, preload: Preload | None, where: str, limit: tuple[str, float] | None = None) -> Array:
-    """``force`` [N], (n,), without preload if asked; rejects one that is large against the maximum, or a ``limit``."""
+    """Remove the preload of ``force`` [N], (n,), if stated; raises InputError for a large one that is not stated."""
     first, (name, other) = float(force[0]), limit or ("its maximum is", float(np.abs(force).max()))
     if preload is None and abs(first) > TARE * abs(other):
         raise InputError(
@@ -107,7 +107,7 @@ def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> l
 
 
 def digest(*columns: Array) -> str:
-    """Fingerprint of a curve by its numbers, whatever the file's delimiter and decimal mark."""
+    """Fingerprint of a curve by its numbers, for any delimiter and decimal mark."""
     text = "".join(" ".join(f"{v:.6g}" for v in column) + ";" for column in columns)
     return hashlib.sha256(text.encode()).hexdigest()
 

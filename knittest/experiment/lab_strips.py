@@ -256,8 +256,9 @@ class _Rows:
 
 
 def _strain_at_start(strain: Array, force: Array, top: int) -> float:
-    """Return the strain of the rows before loading, to be subtracted; 0 if it is negligible or if the first row is one
-    step from the origin on the curve (the row of zeros was left out).
+    """Return the strain of the rows before loading, to be subtracted.
+
+    It is 0 if negligible, or if the first row is one step from the origin on the curve (a missing row of zeros).
     """
     way = float(np.abs(strain[top] - strain[0]))
     if not np.isfinite(way):

@@ -31,7 +31,7 @@ _MARKED, _LAST_WORD = re.compile(r"(?:/|\bin\b)\s*(\S+)$"), re.compile(r"[_\s,]\
 _ACCENTED = re.compile(r"\[[^\]]*\]|[à-öø-żÀ-ÖØ-Ż]")
 #: characters of a name that are searched, so that a long one takes no quadratic time
 LONGEST = 200
-#: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
+#: digits and marks of any meaning; looks ahead for a digit, so that a long cell takes no quadratic time
 NUMBER = re.compile(r"[+-]?(?=[.,]*\d)[\d.,]+(e[+-]?\d+)?$", re.I)
 #: decimal mark -> the number: thousands in groups of three or not at all
 _GROUPED = {

@@ -163,18 +163,17 @@ def tuning_labels(fabric: Fabric, scale: Scale, direction: str, quantity: str) -
     """Rows and curves with ``quantity`` that numbers read at ``scale`` were fitted to or selected with."""
     unread = YARN_LEVEL if scale == "macro" else ("macro",)
     read = fabric.model_copy(update=dict.fromkeys(unread))
+    names = [quantity, ROW_NAMES.get(quantity, ""), OTHER_NAMES.get(quantity, "")]
+    rows = [f"{direction} {name}".strip() for name in names if name]
+
+    def is_row(label: str) -> bool:  # or a curve of the direction, which contains its peak
+        own = label.removeprefix(f"V{fabric.experiment_variant} ")
+        return own in rows or own.startswith(f"{rows[0]} = ") or is_curve(own, direction)
+
     labels = dict.fromkeys(label for q in quantities(read) for label in (*q.tuned_on, *q.chosen_by))
-    return [label for label in labels if _is_row(label, fabric.experiment_variant, direction, quantity)]
+    return list(filter(is_row, labels))
 
 
 def is_curve(label: str, direction: str) -> bool:
     """Return whether ``label`` of a row or curve names a curve of ``direction``."""
     return label.startswith(f"{direction} curve ".lstrip())
-
-
-def _is_row(label: str, variant: str | None, direction: str, quantity: str) -> bool:
-    """Return whether ``label`` names the row of ``quantity``, or a curve of the direction, which contains its peak."""
-    own = label.removeprefix(f"V{variant} ") if variant else label
-    names: Sequence[str] = [quantity, ROW_NAMES.get(quantity, ""), OTHER_NAMES.get(quantity, "")]
-    rows = [f"{direction} {name}".strip() for name in names if name]
-    return own in rows or own.startswith(f"{rows[0]} = ") or is_curve(own, direction)

@@ -54,7 +54,14 @@ def published(
         conditions = _read_conditions(path, own)
         for line, row in own:
             if row["quantity"] in quantities:
-                found[row["quantity"]] = _read_value(path, line, row, conditions)
+                where = f"{path}:{line}"
+                try:
+                    mean, sd, n = float(row["mean"]), float(row["sd"] or "nan"), int(row["n"] or 0)
+                except ValueError as error:
+                    text = f"{where}: {row['quantity']}: expected numbers for mean, sd and n ({error})"
+                    raise InputError(text) from None
+                values = (row["quantity"], mean, sd, n, row["unit"], row["table"])
+                found[row["quantity"]] = PublishedValue(*values, conditions, where)
     return [found[q] for q in quantities if q in found]
 
 
@@ -121,14 +128,6 @@ def left_out(rows: Iterable[tuple[PublishedValue, str]]) -> list[str]:
     ]
 
 
-def _read_value(path: Path, line: int, row: dict[str, str], conditions: Conditions) -> PublishedValue:
-    try:
-        mean, sd, n = float(row["mean"]), float(row["sd"] or "nan"), int(row["n"] or 0)
-        return PublishedValue(row["quantity"], mean, sd, n, row["unit"], row["table"], conditions, f"{path}:{line}")
-    except ValueError as error:
-        raise InputError(f"{path}:{line}: {row['quantity']}: expected numbers for mean, sd and n ({error})") from None
-
-
 # Shipped studies of the model: effects of the speed and of an unpublished coefficient. They were simulated with the
 # fabrics and settings in their heads. They are shown with a run and serve no comparison.
 
@@ -187,7 +186,7 @@ def friction_curves(fabric: str) -> list[FrictionCurve]:
 
 
 def speed_rows(test: str, scale: str, fabric: str) -> list[SpeedRow]:
-    """The study of ``test`` at ``scale`` with ``fabric``; empty where there is none."""
+    """Study of ``test`` at ``scale`` with ``fabric``; empty if there is none."""
     table = _read_study(SPEED, fabric)
     of = table[(table["test"] == test) & (table["scale"] == scale)]
     names = ["variant", "preset", "setting", "unit", "value", "quantity", "result", "result_half"]

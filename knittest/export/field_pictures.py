@@ -18,26 +18,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-#: share of the values that colours span [%]; arrows at the bar say that the few beyond have its last colours
+#: share of the values that colours span [%]; arrows at the bar mark values beyond
 SPANNED = 99.0
 #: points of the grid on which fields are compared, along their longer side
 GRID = 220
-#: a place is known where a value lies within this many spacings of it
+#: a place has a value if one lies within this many spacings of it
 NEAR = 1.6
 #: side of a panel, and what stands around the panels [inch]
 PANEL, LEFT, GAP, RIGHT, TOP, BETWEEN, BOTTOM = 3.1, 0.65, 0.15, 1.05, 0.45, 0.45, 0.75
-#: what is seen around the blanks [mm]
+#: margin around the blanks [mm]
 MARGIN = 4.0
-#: side of the square at a place over the spacing: shear draws places apart
+#: side of the square at a place over the spacing: shear moves places apart
 SQUARE = 1.25
 SIGNED, GROUND = "RdBu_r", "#d5d9de"
-#: characters of a line of the note, which has the room of a panel
+#: characters of a line of the note, which is as wide as a panel
 NOTE = 44
 
 
 @dataclass(frozen=True)
 class PlanField:
-    """``value`` (n,) at ``place`` (n, 2) [mm] of one run, and what the run is called."""
+    """Field of a run called ``name``: ``value`` (n,) at ``place`` (n, 2) [mm]."""
 
     name: str
     place: Array
@@ -65,10 +65,7 @@ def fields_picture(path: Path, fields: Sequence[PlanField], *, title: str, label
 
 
 def fields_figure(fields: Sequence[PlanField], *, title: str, label: str) -> "Figure":
-    """``fields`` in a row on one scale about 0, and below it each less the first, on another.
-
-    Differences are at places in the plane, on a grid where both fields are known.
-    """
+    """Figure of ``fields`` in a row on one scale about 0, and of their differences to the first below, on another."""
     sheet = _Sheet(fields)
     sheet.figure.text(sheet.x(LEFT), 1.0 - sheet.y(0.3), title, fontsize=12, va="center")
     norm, cut = symmetric(np.concatenate([f.value for f in fields]))
@@ -89,7 +86,7 @@ def fields_figure(fields: Sequence[PlanField], *, title: str, label: str) -> "Fi
 
 
 class _Sheet:
-    """A figure with a row of panels of one size, and below it another from the second on."""
+    """Figure with a row of panels of one size, and a second row below from the second panel on."""
 
     def __init__(self, fields: Sequence[PlanField]) -> None:
         self.low = np.min([f.place.min(axis=0) for f in fields], axis=0) - MARGIN
@@ -153,7 +150,7 @@ def _draw_field(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
 
 
 def on_grid(field: PlanField, x: Array, y: Array) -> Array:
-    """``field`` between its places on the grid of ``x`` (n,) and ``y`` (m,) [mm], (m, n); nan where none is near."""
+    """Interpolate ``field`` on the grid of ``x`` (n,) and ``y`` (m,) [mm]: (m, n); nan far from its places."""
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import cKDTree
 

@@ -1,4 +1,4 @@
-"""The run folder: all files of a run, and a manifest with its status."""
+"""Run folder: all files of a run, and a manifest with its status."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress

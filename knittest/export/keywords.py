@@ -10,9 +10,9 @@ from knittest.base.errors import InputError
 
 Value = float | int | str | None
 
-#: columns of a field where its name does not say otherwise
+#: default columns of a field
 WIDTH = 10
-#: digits of a double that are never noise
+#: significant digits of a double
 DIGITS = 15
 #: columns of a line of comment
 LINE = 80
@@ -50,7 +50,7 @@ class KeywordFile:
     given: dict[str, int] = field(default_factory=dict)
 
     def number_for(self, kind: str) -> int:
-        """The next free number of ``kind``, from 1 on."""
+        """Return the next free number of ``kind``, from 1 on."""
         self.given[kind] = self.given.get(kind, 0) + 1
         return self.given[kind]
 
@@ -59,7 +59,7 @@ class KeywordFile:
         self.lines += [f"$ {text}".rstrip() for text in texts]
 
     def keyword(self, name: str, title: str | None = None) -> None:
-        """Begin keyword ``name``, with its line of text where it has one; a comma there would say columns are free."""
+        """Begin keyword ``name``, with an optional title; commas, which mean free format, are replaced."""
         self.lines.append(f"*{name}")
         if title is not None:
             self.lines.append(title.replace(",", ";")[:LINE])
@@ -69,7 +69,7 @@ class KeywordFile:
         self.rows(names, [values])
 
     def rows(self, names: str, rows: Iterable[Sequence[Value]]) -> None:
-        """Add a card a row, below one line that names their fields; values left out are blank."""
+        """Add a card for each row, below a line of field names; missing values are blank."""
         split = (name.partition(":") for name in names.split())
         fields = [(name, int(width or WIDTH)) for name, _, width in split]
         self.lines.append("$#" + "".join(name[:width].rjust(width) for name, width in fields)[2:])
@@ -89,5 +89,5 @@ class KeywordFile:
         return lcid
 
     def text(self) -> str:
-        """The whole file."""
+        """Text of the whole file."""
         return "\n".join([*self.lines, "*END", ""])

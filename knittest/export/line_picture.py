@@ -27,7 +27,7 @@ UNDER, TITLE = 0.135, 0.045
 
 @dataclass(frozen=True)
 class Line:
-    """A curve, (n,) each, and what the legend says of it; ``style`` as matplotlib's."""
+    """Curve, (n,) each, its label, and its ``style`` of matplotlib."""
 
     x: Array
     y: Array
@@ -37,7 +37,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Band:
-    """The area between two curves over x, (n,) each."""
+    """Area between two curves over x, (n,) each."""
 
     x: Array
     low: Array
@@ -47,7 +47,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of x that is marked, and why."""
+    """Marked range of x and its label."""
 
     low: float
     high: float
@@ -56,7 +56,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Level:
-    """A horizontal line."""
+    """Horizontal line."""
 
     value: float
     label: str
@@ -105,7 +105,7 @@ def line_picture(
 
 @dataclass(frozen=True)
 class Reference:
-    """A curve to compare with: strain [%] and force [N], (n,), and how it came about, which style and legend say."""
+    """Reference curve: strain [%] and force [N], (n,), and its kind, which sets style and legend."""
 
     strain_pct: Array
     force_n: Array
@@ -221,7 +221,7 @@ def draw_end_point(axes: "Axes", point: EndPoint) -> None:
 
 
 def _add_citation(text: str, source: str) -> str:
-    """``text`` with its citation in brackets, as one entry of a legend."""
+    """Add the citation in brackets to ``text``, as one entry of a legend."""
     return textwrap.fill(f"{text} ({source})" if source else text, LEGEND).replace("$", r"\$")
 
 

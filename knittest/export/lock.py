@@ -134,7 +134,7 @@ def kept_beside(text: str, folder: Path, name: str) -> str:
     return f"{DATA_FOLDER}/{name}"
 
 
-# What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
+# Files of completed runs only; a failed run keeps its tables as incomplete. Tests add their own.
 _RESULTS = ("summary.json", "comparison.json", "report.html", "view.html")
 _TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
 CHECKPOINTS = "checkpoint-*.npz"
@@ -167,14 +167,14 @@ def files_of_incomplete_runs() -> tuple[str, ...]:
 
 
 def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
-    """``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's own."""
+    """Name ``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's."""
     moment = (at or datetime.now()).strftime("%Y%m%d-%H%M%S")
     parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.direction, moment)
     return "-".join(slug(part) for part in parts if part)
 
 
 def slug(text: str) -> str:
-    """``text`` as letters, digits, dot, dash and underscore, never hidden, never empty, 60 characters at most."""
+    """Convert ``text`` to a file name of letters, digits, dot, dash and underscore, of 1 to 60 characters."""
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.")[:60] or "unnamed"
 

@@ -21,7 +21,7 @@ Index = NDArray[np.int64]
 
 #: kind of cells of the mesh: type of meshio, which knows only the number of corners, and of Abaqus
 CELLS = {"beams": ("line", "B31"), "shells": ("quad", "S4R")}
-#: file of the collection at a time [ms]: its path, and the tool it shows, empty for the specimen
+#: file of the collection: time [ms], path, and tool, empty for the specimen
 Entry = tuple[float, str, str]
 
 
@@ -135,13 +135,13 @@ def _write_vtu(path: Path, paths: list[YarnPath], radius: dict[str, float]) -> N
     _save(path, "vtu", points, lines, point_data=at_points, cell_data=fields)
 
 
-#: formats, and corners of a tube's section where none are asked for
+#: formats, and default corners of a tube's section
 SURFACE_FORMATS, SIDES = (".stl", ".vtp"), 12
 
 
 @dataclass(frozen=True)
 class TubeSurface:
-    """``points`` (n, 3) [mm] and ``triangles`` (m, 3), which turn left seen from outside, of ``element`` (m,)."""
+    """Surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3) of ``element`` (m,), which turn left from outside."""
 
     points: Array
     triangles: Index

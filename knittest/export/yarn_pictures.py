@@ -53,8 +53,8 @@ class Scale:
 def strip_picture(path: Path, history: History, *, direction: Direction, title: str) -> None:
     """Draw the frame of the largest force and the last one, side by side and to scale, to ``path`` (PNG).
 
-    Beams are tubes of their own diameter, failed ones are left out, and two windows of 20 x 20 mm show the fracture;
-    shells are quads with deleted ones left out. ``direction`` is that of the pull. Raises :class:`ResourceError`.
+    Beam elements are tubes of their diameter, with two windows of 20 x 20 mm at the fracture, shell elements are quads;
+    failed ones are not drawn. ``direction`` is that of the load. Raises :class:`ResourceError`.
     """
     from matplotlib.patches import Rectangle
 
@@ -98,7 +98,7 @@ def _pulled_axis(start: Array, pulled: Array) -> int:
 
 
 def _turn_upright(position: Array, reference: Array, along: int) -> Array:
-    """Turn the strip so that the pull is upwards, seen from the technical face (+z), its first corner at (0, 0)."""
+    """Turn the strip so that the load points upwards, seen from the technical face (+z), first corner at (0, 0)."""
     low, high = reference.min(axis=0), reference.max(axis=0)
     if along == 0:
         return np.stack([high[1] - position[:, 1], position[:, 0] - low[0], position[:, 2]], axis=1)
@@ -119,7 +119,7 @@ def _scale(force: str, before: Frame) -> Scale:
 
 
 def _fit_window(before: Array, broken: Array) -> View:
-    """A window around both states; what a fracture threw further than the margin is cut off."""
+    """Window around both states; pieces beyond the margin are cut off."""
     low, high = before[:, :2].min(axis=0), before[:, :2].max(axis=0)
     margin = 0.1 * (high - low).min()
     low = np.maximum(np.fmin(low, broken[:, :2].min(axis=0)), low - margin) - 1.5
@@ -134,7 +134,7 @@ def _view(low: Array, high: Array, pixels: float, finest: float) -> View:
 
 
 def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"]]:
-    """Axes whose sides have the very aspect of what they show [inch]: two strips, and two square windows."""
+    """Axes with true aspect [inch]: two strips, and two square windows."""
     aspect = (box.right - box.left) / (box.top - box.bottom)
     tall = min(9.0, 5.0 / aspect)
     wide, side = tall * aspect, max((tall - 0.8) / 2, _SMALLEST_WINDOW)
@@ -155,7 +155,7 @@ def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"
 
 
 def _colour_elements(mesh: Mesh, force: Array, scale: Scale) -> Array:
-    """Colour of each element, (n_el, 3); a knitting yarn without load worth naming stays pale."""
+    """Colour of each element, (n_el, 3); a knitting yarn with negligible load is pale."""
     colour = scale.rgb(force)
     if "knit" in mesh.part_names:
         slack = (mesh.part == mesh.part_names.index("knit")) & (np.abs(force) < _NEGLIGIBLE * scale.largest)
@@ -186,7 +186,7 @@ def _broken_inlays(mesh: Mesh, frame: Frame) -> NDArray[np.bool_]:
 
 
 def _find_fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
-    """Place to look at, (2,) [mm]: the failed inlay element with most others near, of these the most central one."""
+    """Position of the fracture, (2,) [mm]: the failed inlay element with most others near it, nearest to the centre."""
     centre = (position[:, :2].min(axis=0) + position[:, :2].max(axis=0)) / 2
     middle = position[mesh.cells[_broken_inlays(mesh, broken)]].mean(axis=1)[:, :2]
     if not len(middle):
@@ -205,7 +205,7 @@ def _zoom_window(centre: Array, box: View) -> View:
 
 
 def _cut(scale: Scale, forces: Sequence[Array]) -> Cut:
-    """Ends of the colour bar beyond which forces lie: a compressed yarn, or one that others left their load to."""
+    """Ends of the colour bar beyond which forces lie: a compressed yarn, or one that took over load."""
     found = np.concatenate(forces)
     low = bool(found.size and np.nanmin(found) < -_NEGLIGIBLE * scale.largest)
     high = bool(found.size and np.nanmax(found) > (1.0 + 1e-6) * scale.largest)
@@ -226,7 +226,7 @@ def _finish(figure: "Figure", path: Path, title: str, scale: Scale, cut: Cut) ->
 
 
 def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
-    """The state, and its share of the largest force: the last one before a break has not all of it."""
+    """Caption with the state and its share of the largest force."""
     failed = int(np.count_nonzero(frame.fields["alive"] <= 0))
     share = 100.0 * frame.force / peak
     largest = "at the largest force" if share > 99.95 else f"at {share:.1f} % of the largest force"
@@ -236,9 +236,9 @@ def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
 
 _PIXELS = 900_000
 _FINEST_FACE_PIXEL = 0.012  # mm
-#: share of the extent that is free around the yarns, 1.5 mm at most
+#: margin around the yarns over the extent, 1.5 mm at most
 _FREE = 0.06
-#: what stands at x and y: of a piece that lies along its yarns, and of one that is pulled along y
+#: labels of x and y: of a piece along its yarns, and of one loaded along y
 PLAN = ("x, along the weft [mm]", "y, along the warp [mm]")
 PULLED = ("across the load direction [mm]", "along the load direction [mm]")
 #: share of the beams whose force the colours hold [%]

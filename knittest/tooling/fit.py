@@ -48,7 +48,7 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Fit:
-    """Fit of tools: the stamp enters the die's opening by ``depth`` of ``asked`` [mm].
+    """Fit of tools: the stamp enters the die's opening by ``depth`` of the stroke ``asked`` [mm].
 
     ``die`` and ``holder`` are the clearances of the stamp. ``problems`` are messages on what is impossible, ``doubts``
     on what is suspicious but stated by the user.
@@ -122,7 +122,7 @@ def smallest_clearance(stamp: RigidTool, other: RigidTool, stroke: Stroke) -> Cl
 
 
 def _points_within(points: Array, low: Array, high: Array) -> Array:
-    """The ``points`` (n, 3) between ``low`` and ``high`` (2,) in plan; all where there are none."""
+    """Return the ``points`` (n, 3) between ``low`` and ``high`` (2,) in plan, or all if there are none."""
     inside = ((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)
     return points[inside] if inside.any() else points
 
@@ -141,7 +141,7 @@ class _Plan:
 
     @property
     def depth(self) -> float:
-        """Depth [mm] by which fabric under the stamp lies in the die's opening at the end; 0 beside an opening."""
+        """Depth [mm] of the fabric under the stamp in the die's opening at the end; 0 outside an opening."""
         if not self._within_walls(self.between):
             return 0.0
         half = 0.5 * np.array(self.stroke.blank)

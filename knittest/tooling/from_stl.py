@@ -78,7 +78,7 @@ def _pair_neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_
     return owner[first], owner[second], edges[first, 0] == edges[second, 0]
 
 
-#: extent of a tool over that of the blank outside of which it is taken for a slip of unit
+#: limits of the extent of a tool over that of the blank; beyond them the unit is wrong
 SMALLEST, LARGEST = 0.05, 20.0
 #: how far beyond the blank a tool is sampled [mm]
 RIM = 10.0
@@ -121,7 +121,7 @@ def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[Triang
 
 
 def stl_tool(stl: StlTool, body: TriangleMesh, place: Placement) -> Tool:
-    """``body`` for the kernel, sampled where the fabric may be; raises :class:`InputError`."""
+    """Sample ``body`` for the kernel where the fabric may be; raises :class:`InputError`."""
     half = 0.5 * np.array(place.blank) + RIM
     ends = sorted((place.face - place.away * place.height, place.face + place.away * place.height))
     try:
@@ -151,7 +151,7 @@ EDGE_ON = 1e-6
 
 @dataclass(frozen=True)
 class HeightMap:
-    """Height [mm] of a body over a grid in plan with cells of ``cell`` [mm], row 0 at the lowest y; -inf beside it.
+    """Height [mm] of a body over a grid in plan with cells of ``cell`` [mm], row 0 at the lowest y; -inf outside.
 
     Seen from below, heights are counted downwards: ``height`` is -z of the lowest surface.
     """
@@ -207,7 +207,7 @@ class HeightMap:
 
 
 def touching(region: Mask, seed: Mask) -> Mask:
-    """The connected parts of a ``region`` that hold a cell of ``seed``."""
+    """Return the connected parts of a ``region`` with a cell of ``seed``."""
     part, _ = label(region)
     found: Mask = region & np.isin(part, np.unique(part[seed & region]))
     return found

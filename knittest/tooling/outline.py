@@ -240,7 +240,7 @@ class SweptEdge:
         return found
 
     def tool(self, height: float) -> Tool:
-        """The tool for the kernel; its wall is touched up to ``height`` [mm] from the face."""
+        """Tool for the kernel; its wall reaches up to ``height`` [mm] from the face."""
         beyond = max(self.offset + self.reach, height * tan(self.draft)) + MARGIN
         smallest = min(self.outline.concave_radius - self.offset, float(self.outline.radius.min()))
         low, high = self.outline.bounds

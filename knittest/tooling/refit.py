@@ -31,7 +31,7 @@ class Change:
 
     @property
     def settings(self) -> list[str]:
-        """The change as settings of a run, ``rig.NAME.stl.FIELD=VALUE``."""
+        """Settings of a run, ``rig.NAME.stl.FIELD=VALUE``."""
         return [
             f"rig.{name}.stl.{field}={_setting_text(value)}"
             for name, fields in self.fields.items()
@@ -40,7 +40,7 @@ class Change:
 
 
 def axis_rotations() -> list[Degrees]:
-    """The 24 rotations that turn axes into axes, as angles about x, y and z [deg]; those about x alone first."""
+    """Return the 24 rotations of axes into axes, as angles about x, y and z [deg]; those about x alone first."""
     found: dict[bytes, Degrees] = {}
     angles = sorted(
         product((0.0, 90.0, -90.0, 180.0), repeat=3),
@@ -88,7 +88,7 @@ class _Search:
             ]
 
     def ranked(self, changes: list[Change]) -> list[Change]:
-        """The ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
+        """Sort the ``changes`` that height maps allow by the share of the filled opening."""
         filled = [(self._share_filled(change, FEW_CELLS), change) for change in changes]
         return [change for share, change in sorted(filled, key=lambda pair: -round(pair[0], 1)) if share > 0.0]
 
@@ -99,7 +99,7 @@ class _Search:
                 yield Change({name: away[name] for name in names})
 
     def moved(self, change: Change) -> Iterator[Change]:
-        """The ``change`` with all its tools moved to the middle of the blank, if that is another one."""
+        """Yield the ``change`` with its tools moved to the middle of the blank, if they are elsewhere."""
         made = self._make_set(change, COARSE)
         away = {} if made is None else {name: self._offset_to_middle(made.by_name[name]) for name in change.fields}
         if any(away.values()):
@@ -125,7 +125,7 @@ class _Search:
                 yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
 
     def fits(self, change: Change, coarsest: float) -> bool:
-        """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's, if coarser."""
+        """Return whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's, if coarser."""
         try:
             tools = self._make_set(change, coarsest)
             return (

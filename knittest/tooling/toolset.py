@@ -47,7 +47,7 @@ class RigidTool:
 
     @cached_property
     def tool(self) -> Tool:
-        """The tool for the kernel."""
+        """Tool for the kernel."""
         return self.make()
 
     def distance(self, points: Array) -> Array:
@@ -87,7 +87,7 @@ class RigidTool:
 
 @dataclass(frozen=True)
 class ToolSet:
-    """The tools of a run."""
+    """Tools of a run."""
 
     stamp: RigidTool
     die: RigidTool
@@ -95,7 +95,7 @@ class ToolSet:
 
     @property
     def by_name(self) -> dict[str, RigidTool]:
-        """The tools there are, by name."""
+        """Existing tools by name."""
         named = {"stamp": self.stamp, "die": self.die}
         return named if self.holder is None else {**named, "holder": self.holder}
 
