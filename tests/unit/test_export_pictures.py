@@ -67,8 +67,7 @@ def test_broken_yarns_leave_gaps_and_crosses(monkeypatch: pytest.MonkeyPatch) ->
     history = beam_history()
     yarn_pictures.strip_picture(Path("x.png"), history, direction="warp", title="t")
     left, right, *windows = kept[0].axes[:4]
-    assert len(windows) == 2
-    assert len(left.lines[0].get_xdata()) == 0 and len(right.lines[0].get_xdata()) == 4
+    assert len(windows) == 2 and len(left.lines[0].get_xdata()) == 0 and len(right.lines[0].get_xdata()) == 4
     history.frames[2].fields["alive"][:] = 1.0
     yarn_pictures.strip_picture(Path("x.png"), history, direction="warp", title="t")
     broken, whole = (figure.axes[1].images[0].get_array()[..., 3].sum() for figure in kept)
@@ -111,24 +110,16 @@ def labels(figure) -> list[str]:
     return [text.get_text() for text in figure.legends[0].get_texts()]
 
 
-@pytest.mark.parametrize(
-    ("kind", "says"),
-    [
-        ("measured", "measured (lab.csv)"),
-        ("digitised", "digitised (lab.csv)"),
-        ("reconstructed", "reconstructed (lab.csv)"),
-        ("simulated", "another simulation (lab.csv)"),
-        ("input", "input of the model (lab.csv)"),
-    ],
-)
-def test_the_legend_says_what_a_reference_is(monkeypatch: pytest.MonkeyPatch, kind: str, says: str) -> None:
-    kept = saved(monkeypatch, curves)
-    line = np.linspace(0, 1.6, 5)
-    reference = curves.Reference(line, 3600 * line, kind, "lab.csv")
-    curves.curve_picture(
-        Path("x.png"), [curve(5820.0)], title="t", references=[reference], yarns=(14.0, "14 yarns", "warp")
-    )
-    assert labels(kept[0]) == [says, "simulated", "simulated peak, 5820 N at 1.60 %"]
+KINDS = {"simulated": "another simulation", "input": "input of the model"}
+
+
+@pytest.mark.parametrize("kind", ["measured", "digitised", "reconstructed", "simulated", "input"])
+def test_the_legend_says_what_a_reference_is(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    kept, line = saved(monkeypatch, curves), np.linspace(0, 1.6, 5)
+    references, yarns = [curves.Reference(line, 3600 * line, kind, "lab.csv")], (14.0, "14 yarns", "warp")
+    curves.curve_picture(Path("x.png"), [curve(5820.0)], title="t", references=references, yarns=yarns)
+    expected = [f"{KINDS.get(kind, kind)} (lab.csv)", "simulated", "simulated peak, 5820 N at 1.60 %"]
+    assert labels(kept[0]) == expected
 
 
 def test_the_box_is_one_sd_each_way(monkeypatch: pytest.MonkeyPatch) -> None:

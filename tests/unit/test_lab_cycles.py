@@ -1,7 +1,7 @@
 """Import of cyclic picture frames: loops of a law with friction in closed form, and loops that are none."""
 
 import json
-from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -35,25 +35,16 @@ def law(stops, share=SHARE, points=400):
     return angle, np.array(force)
 
 
-@dataclass(frozen=True)
-class Frame:
-    """File of a frame; ``noise`` is the sd over the largest force, ``mirrored`` lets friction push."""
-
-    stops: tuple[float, ...] = (TURN, 0.0)
-    noise: float = 0.0
-    head: str = "Weg [mm];Kraft [N]"
-    travel: float = 1.0
-    gain: float = 1.0
-    preload: float = 0.0
-    share: float = SHARE
-    mirrored: bool = False
-    side: float = FRAME
-    fabric: float = FABRIC
+#: file of a frame; ``noise`` is the sd over the largest force, ``mirrored`` lets friction push
+HOW = {
+    "stops": (TURN, 0.0), "noise": 0.0, "head": "Weg [mm];Kraft [N]", "travel": 1.0, "gain": 1.0, "preload": 0.0,
+    "share": SHARE, "mirrored": False, "side": FRAME, "fabric": FABRIC,
+}  # fmt: skip
 
 
 def export(path, **how):
-    """Write the file of a :class:`Frame` to ``path``."""
-    one = Frame(**how)
+    """Write the file of a frame, described as by ``HOW``, to ``path``."""
+    one = SimpleNamespace(**(HOW | how))
     angle, shear = law(one.stops, one.share)
     shear = 2.0 * STIFFNESS * (1.0 - one.share) * angle - shear if one.mirrored else shear
     force = crosshead_force(shear, angle, one.fabric, one.side)

@@ -1,4 +1,4 @@
-"""An import of tensile tests: what its folder says of the strips, and what a fabric file takes from it."""
+"""An import of tensile tests: its folder, what a fabric file takes from it, and files of other tests than asked for."""
 
 import json
 from pathlib import Path
@@ -9,10 +9,13 @@ import pytest
 import yaml
 from strip_reading import read_lab, refused
 
+from knittest.base.files import data_dir
+from knittest.cli.main import run
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_tests
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_conditions import Said
+from knittest.experiment.lab_tests import looks_like
 from knittest.experiment.statistics import Specimen
 from knittest.experiment.tables import published
 from knittest.laboratory.tensile.lab_files import LAB, summary_lines
@@ -150,3 +153,41 @@ def test_fields_of_all_tests_stand_in_the_order_of_a_fabric(tmp_path, monkeypatc
     found = lab_tests.fabric_part(tmp_path)
     assert list(found) == ["area_mass", "macro", "experiment", "experiment_variant"]
     assert list(found["macro"]) == ["tension", "bending_stiffness", "shear"]
+
+
+TUTORIAL = data_dir() / "tutorial"
+FILES = [("frame-1.csv", "picture-frame"), ("cantilever-warp.csv", "cantilever"), ("friction-1.csv", "friction")]
+STRIPS = [path for path in sorted(TUTORIAL.glob("*.csv")) if path.stem.split("-")[0] in ("warp", "weft", "yarn")]
+
+
+@pytest.mark.parametrize(("name", "test"), FILES)
+@pytest.mark.parametrize("command", [["stats"], ["import", "--direction", "warp", "--out", "data/mine"]])
+@pytest.mark.parametrize("sizes", [[], ["--width", "50", "--gauge-length", "200"]])
+def test_a_file_of_another_test_is_no_strip(tmp_path, monkeypatch, capsys, command, name, test, sizes):
+    """With sizes of a strip a pull between plates was a tensile test of 1.5 %: silently wrong."""
+    monkeypatch.chdir(tmp_path)
+    assert run(["data", *command, str(TUTORIAL / name), *sizes]) == 2
+    assert f"{name}: looks like a {test} test; give --test {test}" in capsys.readouterr().err
+    assert not Path("data").exists()
+
+
+def test_a_file_without_a_head_is_known_by_its_name(tmp_path, capsys):
+    path = tmp_path / "rahmen-1.csv"
+    path.write_text("Weg [mm];Kraft [N]\n0;0\n5;1\n10;2\n")
+    assert run(["data", "stats", str(path)]) == 2
+    assert "for a picture-frame test, give --test picture-frame" in capsys.readouterr().err
+    assert run(["data", "stats", str(TUTORIAL / "friction-1.csv"), "--test", "cantilever"]) == 2
+    assert "for a friction test, give --test friction" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", STRIPS, ids=lambda path: path.name)
+def test_strips_and_yarns_look_like_no_other_test(path):
+    assert len(STRIPS) == 16 and looks_like(path) == ""
+
+
+def test_who_says_tensile_is_believed(tmp_path, capsys):
+    path = tmp_path / "a.csv"
+    path.write_text("Reibung der Backen;keine\nWeg [mm];Kraft [N]\n0;0\n1;2000\n3;6000\n")
+    given = ["data", "stats", str(path), "--gauge-length", "200"]
+    assert run(given) == 2 and "looks like a friction test" in capsys.readouterr().err
+    assert run([*given, "--test", "tensile"]) == 0
