@@ -22,13 +22,13 @@ def tubes(start, end, radius, colour) -> np.ndarray:
     return render_tubes(np.array(start, float), np.array(end, float), np.array(radius), np.array(colour), VIEW)
 
 
-def test_a_tube_covers_the_area_of_a_capsule() -> None:
+def test_a_tube_covers_the_area_of_a_capsule():
     image = tubes([[-1, 0, 0]], [[1, 0.2, 0.5]], [0.3], [RED])
     length = np.hypot(2, 0.2)
     assert image[..., 3].sum() * 0.01**2 == pytest.approx(2 * 0.3 * length + np.pi * 0.3**2, rel=0.01)
 
 
-def test_the_upper_yarn_hides_the_lower_whatever_the_order() -> None:
+def test_the_upper_yarn_hides_the_lower_whatever_the_order():
     start, end = [[-1, 0, 0.5], [0, -1, 0]], [[1, 0, 0.5], [0, 1, 0]]
     for order in (slice(None), slice(None, None, -1)):
         image = tubes(start[order], end[order], [0.2, 0.2], [RED, BLUE][order])
@@ -36,12 +36,12 @@ def test_the_upper_yarn_hides_the_lower_whatever_the_order() -> None:
         assert centre[0] > 0.5 and centre[2] == 0 and below[2] > 0.5 and below[0] == 0
 
 
-def test_crossing_tubes_interpenetrate_by_height() -> None:
+def test_crossing_tubes_interpenetrate_by_height():
     image = tubes([[-1, 0, -0.5], [-1, 0, 0.5]], [[1, 0, 0.5], [1, 0, -0.5]], [0.2, 0.2], [RED, BLUE])
     assert image[100, 120, 2] > image[100, 120, 0] and image[100, 280, 0] > image[100, 280, 2]
 
 
-def test_many_chunks_draw_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_many_chunks_draw_what_one_does(monkeypatch):
     generator = np.random.default_rng(3)
     start = generator.uniform(-2, 2, (40, 3))
     end, radius, colour = start + generator.uniform(-0.4, 0.4, (40, 3)), np.full(40, 0.1), generator.random((40, 3))
@@ -50,19 +50,19 @@ def test_many_chunks_draw_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None
     np.testing.assert_array_equal(render_tubes(start, end, radius, colour, VIEW), whole)
 
 
-def test_light_comes_from_the_upper_left() -> None:
+def test_light_comes_from_the_upper_left():
     image = tubes([[0, 0, 0]], [[0, 0, 0]], [0.8], [RED])
     assert image[150, 150, 0] > image[50, 250, 0] + 0.3
 
 
-def saved(monkeypatch: pytest.MonkeyPatch, module) -> list:
+def saved(monkeypatch, module):
     """Figures handed to ``save`` by ``module``."""
     kept: list = []
     monkeypatch.setattr(module, "save", lambda figure, path: kept.append(figure))
     return kept
 
 
-def test_broken_yarns_leave_gaps_and_crosses(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_broken_yarns_leave_gaps_and_crosses(monkeypatch):
     kept = saved(monkeypatch, yarn_pictures)
     history = beam_history()
     yarn_pictures.strip_picture(Path("x.png"), history, direction="warp", title="t")
@@ -75,7 +75,7 @@ def test_broken_yarns_leave_gaps_and_crosses(monkeypatch: pytest.MonkeyPatch) ->
     assert "broken" in right.get_title() and "unbroken" in kept[1].axes[1].get_title()
 
 
-def test_the_aspect_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_aspect_is_true(monkeypatch):
     kept = saved(monkeypatch, yarn_pictures)
     yarn_pictures.strip_picture(Path("x.png"), beam_history(), direction="warp", title="t")
     for axes in kept[0].axes[:4]:
@@ -84,7 +84,7 @@ def test_the_aspect_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
         assert wide == pytest.approx(tall, rel=1e-6)
 
 
-def test_deleted_shells_are_not_drawn_and_the_strip_stands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_deleted_shells_are_not_drawn_and_the_strip_stands(monkeypatch):
     kept = saved(monkeypatch, yarn_pictures)
     yarn_pictures.strip_picture(Path("x.png"), shell_history(), direction="warp", title="t")
     left, right = kept[0].axes[:2]
@@ -93,7 +93,7 @@ def test_deleted_shells_are_not_drawn_and_the_strip_stands(monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize(("kind", "along"), [("beams", 1), ("shells", 0)])
-def test_the_pull_is_upright_though_the_strip_is_wider_than_long(monkeypatch: pytest.MonkeyPatch, kind, along) -> None:
+def test_the_pull_is_upright_though_the_strip_is_wider_than_long(monkeypatch, kind, along):
     kept = saved(monkeypatch, yarn_pictures)
     history = beam_history(wales=9, courses=3) if kind == "beams" else shell_history(columns=10, rows=3)
     start = history.frames[0].position
@@ -114,7 +114,7 @@ KINDS = {"simulated": "another simulation", "input": "input of the model"}
 
 
 @pytest.mark.parametrize("kind", ["measured", "digitised", "reconstructed", "simulated", "input"])
-def test_the_legend_says_what_a_reference_is(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+def test_the_legend_says_what_a_reference_is(monkeypatch, kind):
     kept, line = saved(monkeypatch, curves), np.linspace(0, 1.6, 5)
     references, yarns = [curves.Reference(line, 3600 * line, kind, "lab.csv")], (14.0, "14 yarns", "warp")
     curves.curve_picture(Path("x.png"), [curve(5820.0)], title="t", references=references, yarns=yarns)
@@ -122,7 +122,7 @@ def test_the_legend_says_what_a_reference_is(monkeypatch: pytest.MonkeyPatch, ki
     assert labels(kept[0]) == expected
 
 
-def test_the_box_is_one_sd_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_box_is_one_sd_each_way(monkeypatch):
     kept = saved(monkeypatch, curves)
     point = curves.EndPoint(1.6, 0.2, 7332.0, 380.0)
     curves.curve_picture(Path("x.png"), [curve(7000.0)], title="t", end_point=point)
@@ -130,7 +130,7 @@ def test_the_box_is_one_sd_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose([box.x0, box.x1, box.y0, box.y1], [1.4, 1.8, 6952, 7712])
 
 
-def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch):
     kept = saved(monkeypatch, curves)
     grid = np.linspace(0, 1.5, 10)
     corridor = curves.Corridor(grid, 3000 * grid, 100 * grid, curves.EndPoint(1.6, 0.02, 5500.0, 500.0))
@@ -146,7 +146,7 @@ def test_an_ensemble_shows_specimens_corridor_and_its_spread(monkeypatch: pytest
     assert marked[:3] == [one["force_n"].max() for one in specimens]
 
 
-def test_limits_and_first_failure_are_marked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_limits_and_first_failure_are_marked(monkeypatch):
     kept = saved(monkeypatch, line_picture)
     history = beam_history()
     line_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
@@ -158,7 +158,7 @@ def test_limits_and_first_failure_are_marked(monkeypatch: pytest.MonkeyPatch) ->
     assert marks == [history.energies["time_ms"][160]]
 
 
-def test_shaded_is_what_is_not_judged_and_nothing_lies_over_it_or_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_shaded_is_what_is_not_judged_and_nothing_lies_over_it_or_is_cut(monkeypatch):
     kept = saved(monkeypatch, line_picture)
     history = shell_history()
     line_picture.energy_picture(Path("x.png"), history, kinetic_limit=0.05, energy_limit=0.02, title="t")
@@ -174,7 +174,7 @@ def test_shaded_is_what_is_not_judged_and_nothing_lies_over_it_or_is_cut(monkeyp
     assert "not evaluated" in figure.axes[1].get_legend().get_texts()[-1].get_text()
 
 
-def test_files_are_pictures_and_no_window_system_is_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_are_pictures_and_no_window_system_is_touched(tmp_path, monkeypatch):
     import sys
 
     monkeypatch.delenv("DISPLAY", raising=False)

@@ -24,12 +24,12 @@ def tools(stamp: Stamp, holder: Holder | None = None) -> ToolSet:
 
 
 @pytest.fixture(scope="module")
-def shaped() -> ToolSet:
+def shaped():
     return tools(Stamp(), Holder())
 
 
 @pytest.fixture(scope="module")
-def dome() -> ToolSet:
+def dome():
     return tools(Stamp(kind="hemisphere"))
 
 

@@ -37,7 +37,7 @@ def by_dimensions(stamp: Stamp, stroke: Stroke = STROKE, die: Die = DIE, holder:
 
 
 @pytest.fixture(scope="module")
-def meshes() -> Meshes:
+def meshes():
     """The small T with triangles of 5 mm along its outline, so that it is looked at fast."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(outline, "LONGEST", 5.0)
@@ -209,7 +209,7 @@ def cup(inner: float, outer: float, deep: float, floor: float) -> TriangleMesh:
 
 
 @pytest.fixture(scope="module")
-def dome() -> TriangleMesh:
+def dome():
     return by_dimensions(Stamp(kind="hemisphere", hemisphere=DomeStamp(radius=15.0))).stamp.solid
 
 
