@@ -12,7 +12,7 @@ from knittest.base.files import data_dir, read_regular
 from knittest.base.kinds import Joined, Parts
 from knittest.config.base import Quantity
 from knittest.config.fabric import YARN_LEVEL, Fabric
-from knittest.config.gates import by_its_yarns, deciding, entry, in_card, is_fed
+from knittest.config.gates import CELL, by_its_yarns, deciding, entry, in_card, is_fed
 from knittest.config.loading import own_fields, own_value, taken_over
 from knittest.config.run import Run, Scale
 
@@ -147,6 +147,18 @@ def assumed_inputs(run: Run) -> tuple[str, ...]:
     if yarns is run:
         return found
     return (*ORIGINS[run.rig.kind].assumed(yarns), *(name for name in found if not in_card(name)))
+
+
+def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:
+    """Kind of ``thickness_mm`` or ``area_mass_g_m2`` of the relaxed cell, which has no inputs."""
+    if tuning_labels(fabric, "meso", "", quantity):
+        return "tuned"
+    return "assumed" if len(cell_assumed_inputs(fabric, quantity)) == len(CELL[quantity]) else "predicted"
+
+
+def cell_assumed_inputs(fabric: Fabric, quantity: str) -> tuple[str, ...]:
+    """Fields that decide ``quantity`` of the relaxed cell and are assumed, or taken from another fabric."""
+    return guessed(fabric, CELL[quantity])
 
 
 def quantities(model: BaseModel) -> Iterator[Quantity]:

@@ -13,9 +13,10 @@ from knittest.experiment.compare import compare_results
 from knittest.experiment.origin import (
     assumed_inputs,
     borrowed,
+    cell_assumed_inputs,
+    cell_row_kind,
     given_results,
     row_kind,
-    tuning_labels,
 )
 from knittest.experiment.tables import PublishedValue
 from knittest.runs.preflight.command import taken_over
@@ -69,10 +70,12 @@ def test_a_prediction_names_the_assumed_numbers_that_decide_it():
 
 def test_thickness_is_tuned_in_variant_1_and_predicted_in_variant_2():
     one, two = (tensile(v, "warp", parameters="as-measured").fabric for v in "12")
-    assert tuning_labels(one, "meso", "", "thickness_mm") and not tuning_labels(two, "meso", "", "thickness_mm")
-    assert not tuning_labels(one, "meso", "", "area_mass_g_m2")
+    assert cell_row_kind(one, "thickness_mm") == "tuned"
+    assert cell_row_kind(two, "thickness_mm") == "predicted"
+    assert "knitting.beam_diameter" in cell_assumed_inputs(two, "thickness_mm")
+    assert cell_row_kind(one, "area_mass_g_m2") == "predicted" and not cell_assumed_inputs(one, "area_mass_g_m2")
     calibrated = tensile("1", "warp").fabric  # its wave is tuned on a strain, its loops are still chosen
-    assert tuning_labels(calibrated, "meso", "", "thickness_mm")
+    assert cell_row_kind(calibrated, "thickness_mm") == "tuned"
 
 
 def test_shells_return_their_own_curve_and_another_fabrics_is_assumed():
