@@ -296,7 +296,6 @@ def _reason_for_no_rating(x: np.ndarray, y: np.ndarray, reference: ReferenceCurv
 
 
 def _compare_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, object]:
-    """Return both peaks and their errors."""
     end, peak = int(np.argmax(y)), reference.peak
     names = (reference.x_name, reference.y_name)
     return {

@@ -130,7 +130,6 @@ def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
 
 
 def _add_direction(conditions: Conditions, said: Said | None) -> Conditions:
-    """Add the direction named by a file or folder to ``conditions`` without one."""
     return conditions if conditions.direction or said is None else replace(conditions, direction=said.direction)
 
 

@@ -142,7 +142,6 @@ def count_known(text: str) -> int:
 
 @lru_cache(256)
 def _is_known_to_pint(unit: str) -> bool:
-    """Return whether pint understands ``unit``."""
     if not re.fullmatch(r"[A-Za-z°%/*^.·\d\s]{1,12}", unit) or unit[:1].isdigit():
         return False
     import pint  # heavy, and of no use to a command that reads no file
@@ -159,7 +158,6 @@ def _strip_brackets(text: str) -> str:
 
 
 def _texts_in_brackets(name: str) -> list[str]:
-    """Return the texts in brackets, which must be units."""
     return [text for square, round_ in _BRACKETS.findall(name[-LONGEST:]) if (text := (square or round_).strip())]
 
 

@@ -66,7 +66,6 @@ def published(
 
 
 def _read_conditions(path: Path, rows: Iterable[tuple[int, dict[str, str]]]) -> Conditions:
-    """Sizes that ``rows`` of one table state."""
     texts: dict[str, tuple[str, str]] = {}
     for line, row in rows:
         name, where = row["quantity"], f"{path}:{line}"

@@ -32,7 +32,6 @@ def number(value: float, width: int) -> str:
 
 
 def _cell(name: str, width: int, value: Value) -> str:
-    """Return ``value`` of the field ``name``, right-aligned."""
     if isinstance(value, (float, np.floating)):
         text = number(float(value), width)
     else:

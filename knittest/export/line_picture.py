@@ -221,7 +221,6 @@ def draw_end_point(axes: "Axes", point: EndPoint) -> None:
 
 
 def _add_citation(text: str, source: str) -> str:
-    """Add the citation in brackets to ``text``, as one entry of a legend."""
     return textwrap.fill(f"{text} ({source})" if source else text, LEGEND).replace("$", r"\$")
 
 

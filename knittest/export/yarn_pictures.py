@@ -213,7 +213,6 @@ def _cut(scale: Scale, forces: Sequence[Array]) -> Cut:
 
 
 def _finish(figure: "Figure", path: Path, title: str, scale: Scale, cut: Cut) -> None:
-    """Add colour bar and title, and save ``figure`` to ``path``."""
     from matplotlib.cm import ScalarMappable
 
     total_w, total_h = figure.get_size_inches()
@@ -226,7 +225,6 @@ def _finish(figure: "Figure", path: Path, title: str, scale: Scale, cut: Cut) ->
 
 
 def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
-    """Caption with the state and its share of the largest force."""
     failed = int(np.count_nonzero(frame.fields["alive"] <= 0))
     share = 100.0 * frame.force / peak
     largest = "at the largest force" if share > 99.95 else f"at {share:.1f} % of the largest force"

@@ -1,6 +1,7 @@
 """Changes of files that make tools fit: rotation, place, stamp and die swapped, unit."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, combinations, product
 
@@ -148,19 +149,15 @@ class _Search:
         made = {}
         for name, fields in change.fields.items():
             spacing = max(self.files[name].spacing, coarsest)
-            tool = self._make_tool(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
-            if tool is None:
+            stl = self.files[name].model_copy(update={**fields, "spacing": spacing})
+            if (name, stl) not in self.known:
+                self.known[name, stl] = None
+                with suppress(InputError):
+                    self.known[name, stl] = self.tools.by_name[name].changed(**stl.model_dump())
+            if (tool := self.known[name, stl]) is None:
                 return None
             made[name] = tool
         return replace(self.tools, **made)
-
-    def _make_tool(self, name: str, stl: StlTool) -> RigidTool | None:
-        if (name, stl) not in self.known:
-            try:
-                self.known[name, stl] = self.tools.by_name[name].changed(**stl.model_dump())
-            except InputError:
-                self.known[name, stl] = None
-        return self.known[name, stl]
 
 
 def _setting_text(value: object) -> str:
