@@ -19,15 +19,12 @@ Array = NDArray[np.float64]
 
 # Objective rating of a curve after ISO/TS 18571:2014: corridor, phase, magnitude, slope.
 #
-# Scores are 1 for equal curves and 0 beyond the standard's limits; the overall rating weighs them 0.4, 0.2, 0.2, 0.2.
-# The standard is written for time histories sampled at 10 kHz; here the points of a common strain grid take that place,
-# which is why the tool speaks of an ISO/TS 18571-type rating.
+# Scores are 1 for equal curves and 0 beyond the limits of the standard, which is written for time histories at 10 kHz.
+# Here the points are a common strain grid, hence an ISO/TS 18571-type rating.
 #
-# Agrees to rounding with the package ``objective-rating-metrics`` of TU Graz
-# (tests/verification/test_rating_outside.py), which also settles what the wording leaves open: where warping paths cost
-# the same, the curve waits before the reference does, and both before they go together. One choice is our own:
-# correlations that agree to 12 digits count as equal, so that the shift of straight lines, which fit at every shift, is
-# zero and not left to rounding.
+# It agrees to rounding with the package ``objective-rating-metrics`` of TU Graz (test_rating_outside.py), also for
+# warping paths of equal cost: the curve waits first, then the reference, then both advance. Own choice: correlations
+# that agree to 12 digits count as equal, so that straight lines have no shift.
 
 INNER, OUTER, CORRIDOR_POWER = 0.05, 0.5, 2
 MAX_SHIFT = 0.2
@@ -86,14 +83,13 @@ def best_shift(curve: Array, reference: Array) -> int:
     """
     limit = int(MAX_SHIFT * len(curve))
     order = sorted(range(-limit, limit + 1), key=lambda m: (abs(m), -m))
-    return max(order, key=lambda m: round(_correlation(*aligned(curve, reference, m)), 12))
 
+    def correlation(shift: int) -> float:
+        a, b = (part - part.mean() for part in aligned(curve, reference, shift))
+        norm = float(np.linalg.norm(a) * np.linalg.norm(b))
+        return round(float(a @ b) / norm if norm > 0.0 else -1.0, 12)  # a constant has none: -1, the worst
 
-def _correlation(a: Array, b: Array) -> float:
-    """Correlation coefficient; of a constant, which has none, -1: the worst."""
-    a, b = a - a.mean(), b - b.mean()
-    norm = float(np.linalg.norm(a) * np.linalg.norm(b))
-    return float(a @ b) / norm if norm > 0.0 else -1.0
+    return max(order, key=correlation)
 
 
 def magnitude_score(curve: Array, reference: Array) -> float:
@@ -125,13 +121,13 @@ def _warping_path(a: Array, b: Array) -> tuple[list[int], list[int]]:
 
 def slope_score(curve: Array, reference: Array) -> float:
     """Score of the difference of slopes, each averaged over nine points, over fewer towards the ends."""
-    slopes = _smoothed(np.gradient(curve)), _smoothed(np.gradient(reference))
-    total = float(np.abs(slopes[1]).sum())
-    error = float(np.abs(slopes[0] - slopes[1]).sum()) / total if total > 0.0 else np.inf
+    slope, wanted = _smooth(np.gradient(curve)), _smooth(np.gradient(reference))
+    total = float(np.abs(wanted).sum())
+    error = float(np.abs(slope - wanted).sum()) / total if total > 0.0 else np.inf
     return float(np.clip((MAX_SLOPE - error) / MAX_SLOPE, 0.0, 1.0))
 
 
-def _smoothed(values: Array) -> Array:
+def _smooth(values: Array) -> Array:
     """Means over windows centred on each point; they shrink to 7, 5, 3 and 1 points at the ends."""
     last = len(values) - 1
     reach = [min(SLOPE_WINDOW // 2, k, last - k) for k in range(last + 1)]
@@ -140,26 +136,26 @@ def _smoothed(values: Array) -> Array:
 
 #: points of the common grid on the overlap
 GRID = 201
-#: a simulated peak or strain this many times the reference's, or the other way round, is in another unit
+#: factor between simulated and reference peak or strain beyond which the units differ
 FAR = 20.0
 #: units by column
 UNITS = {"strain_pct": "%", "force_n": "N", "shear_angle_deg": "deg", "normalised_shear_force_n_per_mm": "N/mm"}
 STRAIN = "strain_pct"
-#: ways of a clamp, and of an inlay's free end
+#: travel of a clamp, and of the free end of an inlay
 TRAVELS = ("displacement_mm", "tail_travel_mm")
 #: columns of a run's curve that mean the same as a reference's
 SAME = {"force_n": ("force_n", "force_mean_n"), "shear_angle_deg": ("frame_shear_angle_deg",)}
 #: shear angles at which forces are compared [deg]
 ANGLES = (5.0, 10.0, 20.0, 30.0, 40.0)
-#: share of either curve that the common range may leave out of a rating
+#: largest share of either curve outside the common range for a rating
 LEFT_OUT = 0.1
-#: kinds of references that nothing is rated against, and why
+#: kinds of references without a rating, with the reason
 UNRATED = {
     "reconstructed": "the shape of the reference is reconstructed, not measured",
-    "input": "the model was given the reference, or returns what it was made of",
-    "tuned": "the model was tuned on the reference, or chosen with it in view",
+    "input": "the reference is an input of the model, which only returns it",
+    "tuned": "a model parameter was fitted to the reference or selected with it",
 }
-#: errors of a curve by their keys, and what they are called; one of a pull is a level, where its peak lies is chance
+#: names of the errors of a curve; a pull has levels, because the position of its peak is random
 ERRORS = {
     "peak_error_pct": "peak force", "fracture_strain_error_pct": "strain at the peak",
     "static_error_pct": "largest force of the first half", "kinetic_error_pct": "mean force of the second half",
@@ -171,11 +167,10 @@ DIGITS = 4
 def compare_results(
     results: Mapping[str, Value], rows: Sequence[PublishedValue], kinds: Mapping[str, str], given: Collection[str] = ()
 ) -> list[ComparisonRow]:
-    """One row a published value that the run has a result for: deviation in percent and in the experiment's standard
-    deviations, NaN where it states none. The result is that of the nominal size, by the factors of the row.
+    """Compare ``results`` with published ``rows``: deviation in percent and in standard deviations of the experiment.
 
-    ``kinds`` says of each quantity whether the simulated number was predicted, tuned on this row, or input. Quantities
-    that the run was ``given`` as such have no deviation.
+    Results are scaled to the nominal size by the factors of the row. ``kinds`` states for each quantity whether it was
+    predicted, tuned on this row, or input. Quantities ``given`` to the run have no deviation.
     """
     found = [_result_row(results[row.quantity], row, kinds[row.quantity]) for row in rows if row.quantity in results]
     for row in found:
@@ -189,15 +184,11 @@ def _result_row(value: Value, row: PublishedValue, kind: str) -> ComparisonRow:
     modelled, number = number_of(value), number_of(of_nominal_size(value, row.factors))
     simulated = math.nan if number is None else number
     found: ComparisonRow = {
-        "quantity": row.quantity,
-        "simulated": simulated,
-        "experiment_mean": row.mean,
-        "experiment_sd": row.sd,
+        "quantity": row.quantity, "simulated": simulated, "experiment_mean": row.mean, "experiment_sd": row.sd,
         "deviation_sd": (simulated - row.mean) / row.sd if row.sd > 0.0 else math.nan,
         "deviation_pct": 100.0 * (simulated / row.mean - 1.0) if row.mean else math.nan,
-        "kind": kind,
-        "source": row.table,
-    }
+        "kind": kind, "source": row.table,
+    }  # fmt: skip
     if row.scaled:
         found["scaled"] = row.scaled
     if row.factors:
@@ -207,10 +198,9 @@ def _result_row(value: Value, row: PublishedValue, kind: str) -> ComparisonRow:
 
 
 def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve, reach: str = "") -> dict[str, object]:
-    """:func:`compare_curves` on the columns of a curve.csv that ``reference`` is about; raises InputError if it lacks
-    them. ``reach`` as there.
+    """:func:`compare_curves` on the columns of a curve.csv; raises :class:`InputError` for a missing one.
 
-    A tensile curve counts up to its peak; of a frame that turns, only what is sheared for the first time.
+    A tensile curve counts up to its peak, a cyclic frame with its first loading only.
     """
     x, y = (columns[name] for name in columns_of(columns, reference))
     first = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
@@ -220,13 +210,13 @@ def compare_columns(columns: Mapping[str, np.ndarray], reference: ReferenceCurve
 
 
 def columns_of(columns: Iterable[str], reference: ReferenceCurve) -> tuple[str, str]:
-    """Names among ``columns`` of a curve for x and y of ``reference``; raises :class:`InputError` without any."""
+    """Return the names among ``columns`` for x and y of ``reference``; raises :class:`InputError` without any."""
     names = list(columns)
     return column_of(names, reference.x_name, reference), column_of(names, reference.y_name, reference)
 
 
 def column_of(names: Sequence[str], wanted: str, reference: ReferenceCurve) -> str:
-    """The one of ``names`` that holds what ``reference`` calls ``wanted``; raises :class:`InputError` without any."""
+    """Return the one of ``names`` for the column ``wanted`` of ``reference``; raises InputError without any."""
     name = next((n for n in (*SAME.get(wanted, ()), wanted) if n in names), None)
     if name is None:
         known = [*names, *(w for w, same in SAME.items() if any(n in names for n in same))]
@@ -240,10 +230,9 @@ def column_of(names: Sequence[str], wanted: str, reference: ReferenceCurve) -> s
 def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str = "") -> dict[str, object]:
     """Peak or values at angles, RMSE and ISO/TS 18571-type rating of y(x) on the range both curves cover.
 
-    ``x``, ``y`` (n,) in the units of the reference, x rising; shear counts from :data:`START` on. Says what it was
-    judged against. Curves that share no range, have too few points, are constant or in other units are "not
-    comparable", with the reason, without numbers. A rating that would mislead is None, and ``no_rating`` says why, and
-    with which field ``reach`` of the rig a longer run would reach the end of the reference.
+    ``x``, ``y`` (n,) are in the units of the reference, x rising; shear counts from :data:`START` on. Curves without a
+    common range, with few points, constant or in other units are not comparable; the result has the reason. A
+    misleading rating is None; ``no_rating`` has the reason, and the field ``reach`` of the rig for a longer run.
 
     >>> x = np.linspace(0.0, 2.0, 50)
     >>> strips = ReferenceCurve("measured", x, 3000.0 * x, None, "strain_pct", "force_n", "five strips")
@@ -254,10 +243,12 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
     judged = {"judged_against": reference.source, "reference_kind": reference.kind}
     if reference.note:
         judged["note"] = reference.note
-    if reference.x_name == ANGLE:
-        x, y, reference = _after_start(x, y, reference)
-    reason = _hindrance(x, y, reference)
-    if reason:
+    if reference.x_name == ANGLE and min(x[-1], reference.x[-1]) > START:
+        at, of = (np.append(START, a[a > START]) if a[0] < START else a for a in (x, reference.x))
+        mean = np.interp(of, reference.x, reference.mean)
+        sd = None if reference.sd is None else np.interp(of, reference.x, reference.sd)
+        x, y, reference = at, np.interp(at, x, y), replace(reference, x=of, mean=mean, sd=sd)
+    if reason := _find_obstacle(x, y, reference):
         return judged | {"comparable": False, "reason": reason}
     low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
     grid = np.linspace(low, high, GRID)
@@ -265,48 +256,31 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
     rmse = np.sqrt(np.mean((simulated - measured) ** 2))
     peak = float(measured.max()) if reference.x_name in (ANGLE, *TRAVELS) else reference.peak[1]
     if reference.x_name == ANGLE:
-        found = _at_angles(grid, simulated, measured, reference)
+        found = _compare_at_angles(grid, simulated, measured, reference)
     else:
-        found = _levels(x, y, reference, low, high) if reference.x_name in TRAVELS else _at_peaks(x, y, reference)
+        found = (
+            _compare_levels(x, y, reference, low, high)
+            if reference.x_name in TRAVELS
+            else _compare_peaks(x, y, reference)
+        )
+    rating: dict[str, object] = {"rating": None, "no_rating": _reason_for_no_rating(x, y, reference, reach)}
+    if not rating["no_rating"]:
+        scores = rate(simulated, measured)
+        rating = {"rating": {k: _round(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
     return judged | {
         "comparable": True,
-        f"range_{reference.x_name}": [_rounded(low), _rounded(high)],
+        f"range_{reference.x_name}": [_round(low), _round(high)],
         **found,
-        f"rmse_{reference.y_name}": _rounded(rmse),
-        "rmse_pct_of_peak": _rounded(100.0 * rmse / peak),
-        **_rated(simulated, measured, _unrated(x, y, reference, reach)),
+        f"rmse_{reference.y_name}": _round(rmse),
+        "rmse_pct_of_peak": _round(100.0 * rmse / peak),
+        **rating,
     }
 
 
-def _after_start(
-    x: np.ndarray, y: np.ndarray, reference: ReferenceCurve
-) -> tuple[np.ndarray, np.ndarray, ReferenceCurve]:
-    """Both curves of shear from :data:`START` on; as they are where one ends before."""
-    if min(x[-1], reference.x[-1]) <= START:
-        return x, y, reference
-    at, of = (np.append(START, a[a > START]) if a[0] < START else a for a in (x, reference.x))
-    mean = np.interp(of, reference.x, reference.mean)
-    sd = None if reference.sd is None else np.interp(of, reference.x, reference.sd)
-    return at, np.interp(at, x, y), replace(reference, x=of, mean=mean, sd=sd)
-
-
-def _rated(simulated: np.ndarray, measured: np.ndarray, reason: str) -> dict[str, object]:
-    """The rating of two curves on one grid, or for which ``reason`` none is given."""
-    if reason:
-        return {"rating": None, "no_rating": reason}
-    scores = rate(simulated, measured)
-    return {"rating": {k: _rounded(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
-
-
-def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str) -> str:
-    """Reason why a rating would say nothing, or too much; empty if one may be given.
-
-    A strip's curve counts up to its peak, that of a frame or of a strip between plates up to its end.
-    """
-    if reference.kind in UNRATED:
-        return UNRATED[reference.kind]
-    if reference.doubt:
-        return reference.doubt
+def _reason_for_no_rating(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str) -> str:
+    """Return the reason why a rating would be misleading; empty if there is none. Tensile curves end at their peak."""
+    if reason := UNRATED.get(reference.kind, reference.doubt):
+        return reason
     curves = {"simulated": (x, y), "reference": (reference.x, reference.mean)}
     peaked = reference.x_name == STRAIN
     ends = {name: a[int(np.argmax(b))] if peaked else a[-1] for name, (a, b) in curves.items()}
@@ -314,25 +288,28 @@ def _unrated(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reach: str
     for name, (a, _) in curves.items():
         left_out = 1.0 - max(common, 0.0) / (ends[name] - a[0]) if ends[name] > a[0] else 1.0
         if left_out > LEFT_OUT:
-            told = f"the common range leaves out {100.0 * left_out:.0f} % of the {name} curve"
+            limit = f"(limit {100.0 * LEFT_OUT:g} %)"
+            outside = f"{100.0 * left_out:.0f} % of the {name} curve is outside the common range {limit}"
             longer = reach and name == "reference" and ends[name] > x[-1]
-            return f"{told}: --set {reach}={ends[name]:.4g} would reach its end" if longer else told
+            return f"{outside}; rerun with --set {reach}={ends[name]:.4g}" if longer else outside
     return ""
 
 
-def _at_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, object]:
-    """Both peaks, and how far they are apart."""
+def _compare_peaks(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> dict[str, object]:
     end, peak = int(np.argmax(y)), reference.peak
+    names = (reference.x_name, reference.y_name)
     return {
-        "simulated_peak": _point(reference, x[end], y[end]),
-        "reference_peak": _point(reference, *peak),
-        "peak_error_pct": _rounded(100.0 * (y[end] / peak[1] - 1.0)),
-        "fracture_strain_error_pct": _rounded(100.0 * (x[end] / peak[0] - 1.0)),
+        "simulated_peak": dict(zip(names, map(_round, (x[end], y[end])), strict=True)),
+        "reference_peak": dict(zip(names, map(_round, peak), strict=True)),
+        "peak_error_pct": _round(100.0 * (y[end] / peak[1] - 1.0)),
+        "fracture_strain_error_pct": _round(100.0 * (x[end] / peak[0] - 1.0)),
     }
 
 
-def _levels(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, low: float, high: float) -> dict[str, object]:
-    """Both levels of a pull between ``low`` and ``high``: the largest force of the first half, mean of the second."""
+def _compare_levels(
+    x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, low: float, high: float
+) -> dict[str, object]:
+    """Compare the levels of a pull from ``low`` to ``high``: largest force of the first half, mean of the second."""
     half = 0.5 * (low + high)
     late = np.linspace(half, high, GRID)
     levels = {
@@ -340,61 +317,52 @@ def _levels(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, low: float,
         for name, travel, force in (("simulated", x, y), ("reference", reference.x, reference.mean))
     }
     found: dict[str, object] = {
-        f"{name}_levels": dict(zip(("static_n", "kinetic_n"), map(_rounded, both), strict=True))
+        f"{name}_levels": dict(zip(("static_n", "kinetic_n"), map(_round, both), strict=True))
         for name, both in levels.items()
     }
     errors = [
-        _rounded(100.0 * (one / other - 1.0)) if other else None for one, other in zip(*levels.values(), strict=True)
+        _round(100.0 * (one / other - 1.0)) if other else None for one, other in zip(*levels.values(), strict=True)
     ]
     return found | dict(zip(("static_error_pct", "kinetic_error_pct"), errors, strict=True))
 
 
-def _at_angles(grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve) -> dict[str, object]:
-    """Both forces at the angles that both curves cover, and where the first of them ends: a shear curve has no peak."""
+def _compare_at_angles(
+    grid: np.ndarray, simulated: np.ndarray, measured: np.ndarray, ref: ReferenceCurve
+) -> dict[str, object]:
+    """Compare the forces at angles that both curves cover, and at the end of the shorter one: shear has no peak."""
     found = {}
     for angle in (*(a for a in ANGLES if grid[0] <= a < grid[-1]), float(grid[-1])):
         one, other = (float(np.interp(angle, grid, v)) for v in (simulated, measured))
-        error = _rounded(100.0 * (one / other - 1.0)) if other else None
+        error = _round(100.0 * (one / other - 1.0)) if other else None
         forces = (float(f"{force:.5g}") for force in (one, other))
         found[f"{angle:.4g}"] = dict(zip(("simulated", "reference", "error_pct"), (*forces, error), strict=True))
     return {f"{ref.y_name}_at_deg": found}
 
 
-def _point(reference: ReferenceCurve, x: float, y: float) -> dict[str, float]:
-    return {reference.x_name: _rounded(x), reference.y_name: _rounded(y)}
-
-
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     return round(float(value), DIGITS) + 0.0  # no -0.0
 
 
-def _hindrance(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
-    """Reason why two curves cannot be compared; empty if they can."""
+def _find_obstacle(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
+    """Return the reason why two curves cannot be compared; empty if they can."""
     for name, values in (("simulated", y), ("reference", reference.mean)):
         if len(values) < 3:
             return f"the {name} curve has {len(values)} points"
         if not np.ptp(values) > 0.0:
             return f"the {name} curve is constant"
     if min(x[-1], reference.x[-1]) <= max(x[0], reference.x[0]):
-        return "the curves share no range"
-    return _other_units(x, y, reference)
-
-
-def _other_units(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve) -> str:
-    """Peaks, or their places, that lie so far apart that one of them is in another unit; empty if none."""
+        return "the curves have no common range"
     end, peak = int(np.argmax(y)), reference.peak
     if reference.x_name in (ANGLE, *TRAVELS):  # up to where the shorter one ends
         last = min(x[-1], reference.x[-1])
-        end, peak = (
-            int(np.searchsorted(x, last, side="right")) - 1,
-            (last, float(np.interp(last, reference.x, reference.mean))),
-        )
-    found = []
+        end = int(np.searchsorted(x, last, side="right")) - 1
+        peak = last, float(np.interp(last, reference.x, reference.mean))
+    found = []  # peaks, or their positions, so far apart that their units must differ
     for name, simulated, measured in zip((reference.x_name, reference.y_name), (x[end], y[end]), peak, strict=True):
         if not simulated / FAR < measured < simulated * FAR:
             unit = UNITS.get(name, "")
             guess = likely_unit(measured, unit, (simulated / 5.0, simulated * 5.0))
             found.append(
-                f"{name} at the peak is {measured:g} {unit} in the reference{guess}, {simulated:.4g} simulated"
+                f"{name} at the peak is {measured:g} {unit} in the reference{guess}, {simulated:.4g} in the run"
             )
-    return f"in other units? {'; '.join(found)}" if found else ""
+    return f"the units seem to differ: {'; '.join(found)}" if found else ""

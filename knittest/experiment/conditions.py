@@ -1,4 +1,4 @@
-"""The conditions of a laboratory test: which test and direction, and the sizes that its forces belong to."""
+"""Conditions of a laboratory test: test, direction and the sizes of specimens and apparatus."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -7,29 +7,14 @@ from typing import Any, get_args
 from knittest.base.errors import InputError
 from knittest.base.kinds import names
 from knittest.config.fabric import Direction
-from knittest.experiment.lab_conditions import (
-    CLAMPED_EDGES,
-    CROSSING_DENSITY,
-    CYCLE_ANGLE,
-    CYCLES,
-    EMBEDDED,
-    FABRIC_SIDE,
-    FRAME_SIDE,
-    GAUGE,
-    NORMAL_FORCE,
-    RATIO,
-    SAME,
-    SLID_PITCHES,
-    WIDTH,
-    Condition,
-)
+from knittest.experiment import lab_conditions as lab
 
 #: sizes that curves and tables state, by their keys
-SIZES: dict[str, Condition] = {
+SIZES: dict[str, lab.Condition] = {
     size.key: size
     for size in (
-        WIDTH, GAUGE, FRAME_SIDE, FABRIC_SIDE, NORMAL_FORCE, RATIO, EMBEDDED, CROSSING_DENSITY, CLAMPED_EDGES,
-        SLID_PITCHES, CYCLES, CYCLE_ANGLE,
+        lab.WIDTH, lab.GAUGE, lab.FRAME_SIDE, lab.FABRIC_SIDE, lab.NORMAL_FORCE, lab.RATIO, lab.EMBEDDED,
+        lab.CROSSING_DENSITY, lab.CLAMPED_EDGES, lab.SLID_PITCHES, lab.CYCLES, lab.CYCLE_ANGLE,
     )
 }  # fmt: skip
 #: difference [-] of two lengths below which forces are not scaled: that of rounding
@@ -38,7 +23,7 @@ EXACT = 1e-6
 
 @dataclass(frozen=True)
 class Conditions:
-    """Statements of a file or a user on a test; empty or ``None`` where nothing is stated."""
+    """Conditions that a file or a user states; empty or ``None`` if not stated."""
 
     test: str = ""
     direction: str = ""
@@ -60,9 +45,9 @@ UNKNOWN = Conditions()
 
 
 def conditions_of(texts: Mapping[str, tuple[str, str]]) -> Conditions:
-    """Conditions among ``texts``: name to (value, where it stands), names as in :class:`Conditions`.
+    """Read the conditions in ``texts``: name, as in :class:`Conditions`, to value and place.
 
-    Raises :class:`InputError` for another test or direction than there is, and for what is no plausible size.
+    Raises :class:`InputError` for an unknown test or direction, and for an implausible size.
     """
     found: dict[str, Any] = {}
     for name, known in {"test": names("laboratory"), "direction": get_args(Direction)}.items():
@@ -71,19 +56,23 @@ def conditions_of(texts: Mapping[str, tuple[str, str]]) -> Conditions:
             if value not in known:
                 raise InputError(f"{where}: {name}: {value}; expected one of {', '.join(known)}")
             found[name] = value
-    for name in SIZES:
-        if name in texts:
-            found[name] = _size(name, *texts[name])
+    for name in (name for name in SIZES if name in texts):
+        text, where = texts[name]
+        try:
+            size = float(text)
+        except ValueError:
+            raise InputError(f"{where}: {name}: {text!r}; expected a number [{SIZES[name].unit}]") from None
+        found[name] = SIZES[name].plausible(size, f"{where}: {name}:")
     return checked(Conditions(**found), next((where for _, where in texts.values()), ""))
 
 
 def checked(conditions: Conditions, where: str) -> Conditions:
-    """``conditions``; raises :class:`InputError` for a fabric that reaches beyond its frame."""
+    """Return ``conditions``; raises :class:`InputError` for a fabric larger than its frame."""
     frame, fabric = conditions.frame_side_mm, conditions.fabric_side_mm
-    if frame is not None and fabric is not None and fabric > frame * (1.0 + SAME):
+    if frame is not None and fabric is not None and fabric > frame * (1.0 + lab.SAME):
         raise InputError(
-            f"{where}: fabric_side_mm: {fabric:g} is larger than frame_side_mm: {frame:g}; the frame holds the fabric: "
-            "expected the side between the hinges, and the side of the sheared square"
+            f"{where}: fabric_side_mm: {fabric:g} is larger than frame_side_mm: {frame:g}; state the distance of the "
+            "hinges as the frame side, and the side of the sheared square as the fabric side"
         )
     return conditions
 
@@ -102,19 +91,11 @@ def agreed(stated: Conditions, given: Conditions, where: str) -> Conditions:
         if field.name in SIZES:
             SIZES[field.name].plausible(other, option)
         if one not in (None, "") and not same(one, other):
-            raise InputError(f"{where}: its header says {field.name}: {one}, {option} says {other}")
+            raise InputError(f"{where}: the header states {field.name}: {one}, but {option} is {other}; correct one")
         found[field.name] = other if one in (None, "") else one
     return checked(replace(stated, **found), where)
 
 
 def same(one: Any, other: Any) -> bool:
-    """Tell whether two texts are equal, or two sizes are meant to be the same."""
-    return bool(one == other if isinstance(one, str) else abs(one - other) <= SAME * one)
-
-
-def _size(name: str, text: str, where: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise InputError(f"{where}: {name}: {text!r}; expected a number [{SIZES[name].unit}]") from None
-    return SIZES[name].plausible(value, f"{where}: {name}:")
+    """Return whether two texts are equal, or two sizes agree within :data:`lab.SAME`."""
+    return bool(one == other if isinstance(one, str) else abs(one - other) <= lab.SAME * one)

@@ -1,10 +1,10 @@
-"""Conditions of a laboratory test (widths, sides, forces) and its direction: what file and user state of them."""
+"""Conditions of a laboratory test (widths, sides, forces) and its direction, as stated by file and user."""
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from pydantic import BaseModel
@@ -22,14 +22,14 @@ from knittest.experiment.lab_units import NUMBER, read_number
 #: value of a condition and the place that states it
 Place = tuple[float, str]
 _VALUE, _UP_TO = re.compile(r"([+-]?\d[\d.,]*)\s*(.*)", re.S), re.compile(r"[:=]")
-#: difference [-] of two numbers that are meant to be the same
+#: largest difference [-] of equal numbers
 SAME = 0.005
-#: widths and lengths of one series agree within this share: they are measured one by one
+#: largest difference [-] of widths and lengths in one series
 SERIES = 0.05
 
 
 def within(value: float, model: type[BaseModel] | str, field: str, said: str, more: str = "") -> float:
-    """``value``; refused outside the bounds of a ``field`` of ``model``, or of the rig of that name."""
+    """Return ``value``; raises InputError outside the bounds of a ``field`` of ``model``, or of that rig."""
     try:
         check_bounds(value, field_meta(rig_model(model) if isinstance(model, str) else model, field))
     except BoundsError as error:
@@ -39,9 +39,9 @@ def within(value: float, model: type[BaseModel] | str, field: str, said: str, mo
 
 @dataclass(frozen=True)
 class Condition:
-    """A number that results hang on: ``key`` names it in tables and labels, ``option`` on the command line.
+    """A condition of results: its ``key`` in tables and labels, and its ``option`` on the command line.
 
-    Its bounds are those of the field ``bounds`` of ``model``, or of the rig of the test that it names.
+    Its bounds are those of the field ``bounds`` of ``model``, or of the rig of that test.
     """
 
     key: str
@@ -52,26 +52,21 @@ class Condition:
     bounds: str = ""
 
     @property
-    def one(self) -> str:
-        """Name with its article."""
-        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
-
-    @property
     def units(self) -> Mapping[str, float]:
-        """Factors of the units that a file may state it in to its own."""
+        """Factors from the units of files to its own."""
         return next(units for units in lab_units.QUANTITIES.values() if self.unit in units)
 
     def names(self, cell: str, tiers: Iterable[int] | None = None) -> bool:
-        """Tell whether ``cell`` names this condition by a label of one of the ranks ``tiers``."""
+        """Return whether ``cell`` names this condition by a label of one of the ranks ``tiers``."""
         return any(lab_units.labels(self.key, cell, tier) for tier in (self.tiers if tiers is None else tiers))
 
     @property
     def tiers(self) -> range:
-        """Ranks of labels; a label counts where no earlier rank stands in the file."""
+        """Ranks of labels; a label counts if the file has none of an earlier rank."""
         return range(len(lab_units.table()["conditions"].get(self.key, {}).get("tiers", ())))
 
     def plausible(self, value: float, said: str) -> float:
-        """``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""
+        """Return ``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""
         return within(value, self.model, self.bounds, f"{said} {value:g}") if self.bounds else value
 
 
@@ -82,9 +77,7 @@ WIDTH = Condition("strip_width_mm", "strip width", "--width", "mm", StripRig, "w
 FRAME_SIDE = Condition("frame_side_mm", "frame side", "--frame-side", "mm", "picture-frame", "frame_side")
 FABRIC_SIDE = Condition("fabric_side_mm", "fabric side", "--fabric-side", "mm", "picture-frame", "side")
 AREA_MASS = Condition("area_mass_g_m2", "area mass", "--area-mass", "g/m2", Fabric, "area_mass")
-PLANE_ANGLE = Condition(
-    "plane_angle_deg", "angle of the plane", "--plane-angle", "deg", "cantilever", "plane_angle"
-)  # fmt: skip
+PLANE_ANGLE = Condition("plane_angle_deg", "angle of the plane", "--plane-angle", "deg", "cantilever", "plane_angle")
 NORMAL_FORCE = Condition("normal_force_n", "normal force", "--normal-force", "N", "friction", "normal_force")
 PLATE_LENGTH = Condition("plate_length_mm", "plate length", "--plate-length", "mm", "friction", "plate_length")
 PLATE_WIDTH = Condition("plate_width_mm", "plate width", "--plate-width", "mm", "friction", "plate_width")
@@ -96,39 +89,40 @@ CROSSING_DENSITY = Condition(
     "crossing_density_per_100_mm", "density of the crossing yarns", "--crossing-density", "yarn/100 mm", Fabric,
     "warp_density",
 )  # fmt: skip
-# those that an import finds by itself: no label and no option states them
+# conditions that an import finds, without label and option
 CLAMPED_EDGES = Condition("clamped_edges", "number of clamped edges", "", "1")
 SLID_PITCHES = Condition("slid_pitches", "number of pitches slid", "", "1")
 CYCLES = Condition("cycles", "number of cycles", "", "1", "picture-frame", "cycles")
-CYCLE_ANGLE = Condition("cycle_angle_deg", "angle at which cycles turn", "", "deg", "picture-frame", "max_angle")
+CYCLE_ANGLE = Condition("cycle_angle_deg", "reversal angle of the cycles", "", "deg", "picture-frame", "max_angle")
 
 
 def same(one: float, other: float) -> bool:
-    """Tell whether two numbers are meant to be the same."""
+    """Return whether two numbers agree within :data:`SAME`."""
     return abs(one - other) <= SAME * abs(other)
 
 
 def known(
     what: Condition, table: LabTable, given: Mapping[str, float], number: int = 0, tiers: Sequence[int] | None = None
 ) -> float | None:
-    """Value of ``what`` [its unit] by the head of ``table``, a column and the user, which must agree; ``None`` of none.
+    """Value of ``what`` in the head of ``table``, a column or ``given``, which must agree; ``None`` if not stated.
 
-    Of several columns it is that of the specimen ``number``. With ``tiers`` labels of these ranks in the head count.
+    Several columns belong to specimens by ``number``. With ``tiers`` only labels of these ranks count.
     """
-    ranks = (_in_head(what, table, tier) for tier in (what.tiers if tiers is None else tiers))
-    places = next(filter(None, ranks), [])
+    places = next(
+        filter(None, (_read_head(what, table, tier) for tier in (what.tiers if tiers is None else tiers))), []
+    )
     named = [k for k, role in enumerate(table.roles) if role in ("", what.key.rpartition("_")[0])]
     named = [k for k in named if tiers is None and what.names(table.names[k])]
     if len(named) not in (0, 1, table.count):
         raise InputError(
-            f"{table.where}: {len(named)} columns of a {what.name} for {table.count} specimens: expected one for each"
+            f"{table.where}: {len(named)} columns of {what.name} for {table.count} specimens; expected one each"
         )
-    places += _in_column(what, table, named[number if len(named) > 1 else 0]) if named else []
+    places += _read_column(what, table, named[number if len(named) > 1 else 0]) if named else []
     for value, place in places[1:]:
         if not same(value, places[0][0]):
             raise InputError(
-                f"{place}: states {what.one} of {value:g} {what.unit}, {places[0][1]} one of {places[0][0]:g} "
-                f"{what.unit}: which is it? Leave the right one in; specimens that differ go into files of their own"
+                f"{place}: {what.name} {value:g} {what.unit}, but {places[0][1]} states {places[0][0]:g} {what.unit}; "
+                "keep the right value, or put specimens of different size into separate files"
             )
     own = given.get(what.key) if tiers is None else None
     if own is None:
@@ -137,42 +131,42 @@ def known(
     for value, place in places[:1]:
         if not same(own, value):
             raise InputError(
-                f"{place}: the file states {what.one} of {value:g} {what.unit}, {what.option} says {own:g} {what.unit}"
+                f"{place}: {what.name} {value:g} {what.unit}, but {what.option} is {own:g} {what.unit}; correct one"
             )
     return own
 
 
-def _in_head(what: Condition, table: LabTable, tier: int) -> list[Place]:
-    """Values that rows above ``table`` state by a label of rank ``tier``."""
+def _read_head(what: Condition, table: LabTable, tier: int) -> list[Place]:
+    """Read the values in rows above ``table`` with a label of rank ``tier``."""
     return [
         (what.plausible(*value), f"{table.place}:{line}")
         for line, cells in table.head
         for k, cell in enumerate(cells)
-        if what.names(_split(cell)[0], [tier]) and (value := _value(what, table, line, cells[k:])) is not None
+        if what.names(_split(cell)[0], [tier]) and (value := _read_value(what, table, line, cells[k:])) is not None
     ]
 
 
-def _in_column(what: Condition, table: LabTable, column: int) -> list[Place]:
-    """Values of ``what`` in a column that it names, each once."""
+def _read_column(what: Condition, table: LabTable, column: int) -> list[Place]:
+    """Read the different values of ``what`` in its column."""
     name, factor = table.names[column], what.units[table.unit(column, what.units) or what.unit]
     places: dict[float, str] = {}
     for (line, _), value in zip(table.body, table.numbers([column])[:, 0], strict=True):
         if not np.isnan(value):
             places.setdefault(float(value) * factor, f"{table.place}:{line}")
     if not places:
-        raise InputError(f"{table.where}: column {name!r} is empty: give {what.option} [{what.unit}] and leave it out")
+        raise InputError(f"{table.where}: column {name!r} is empty; remove it and give {what.option} [{what.unit}]")
     return [(what.plausible(value, f"{place}: {name}"), place) for value, place in places.items()]
 
 
 def _split(cell: str) -> tuple[str, str]:
-    """Label of a cell and what stands behind its colon or equals sign, if that is a number."""
+    """Split a cell into label and number at its colon or equals sign."""
     label, *rest = _UP_TO.split(cell, maxsplit=1)
     behind = rest[0].strip() if rest else ""
     return (label.strip("# \t"), behind) if not behind or _VALUE.match(behind) else (cell.strip("# \t"), "")
 
 
-def _value(what: Condition, table: LabTable, line: int, cells: Sequence[str]) -> Place | None:
-    """Number and its name in messages, from a cell with a label and those behind it; ``None`` without a number."""
+def _read_value(what: Condition, table: LabTable, line: int, cells: Sequence[str]) -> Place | None:
+    """Read the number in or after a cell with a label, and its name in messages; ``None`` without a number."""
     label, rest = _split(cells[0])
     behind = [cell for cell in (rest, *cells[1:]) if cell]
     found = _VALUE.match(behind[0]) if behind else None
@@ -190,46 +184,42 @@ def _value(what: Condition, table: LabTable, line: int, cells: Sequence[str]) ->
 
 
 def unstated(missing: Sequence[Condition], path: object) -> InputError:
-    """The refusal of a file that leaves open what its results hang on."""
+    """Error for a file that does not state the conditions ``missing``."""
     names = " and no ".join(w.name for w in missing)
     options = " and ".join(f"{w.option} [{w.unit}]" for w in missing)
     return InputError(f"{path}: the file states no {names}: give {options}")
 
 
 def common(what: Condition, values: Sequence[float | None], specimens: Sequence[object]) -> float:
-    """Mean of ``what`` over specimens, or files; raises :class:`InputError` where one lacks it or differs."""
+    """Mean of ``what`` over specimens, or files; raises :class:`InputError` if one lacks it or differs."""
     paths = [getattr(one, "path", one) for one in specimens]
-    found = [v for v in values if v is not None]
-    if len(found) < len(values):
+    if None in values:
         raise unstated([what], paths[list(values).index(None)])
+    found = [v for v in values if v is not None]
     for value, path in zip(found, paths, strict=True):
         if abs(value - found[0]) > SERIES * found[0]:
             raise InputError(
-                f"{path}: {what.one} of {value:g} {what.unit}, {paths[0]} has {found[0]:g} {what.unit}: "
-                "import series of different sizes into folders of their own"
+                f"{path}: {what.name} {value:g} {what.unit}, but {paths[0]} has {found[0]:g} {what.unit}; "
+                "import series of different size into separate folders"
             )
     return found[0] if np.ptp(found) == 0.0 else float(np.mean(found))
 
 
 @dataclass(frozen=True)
 class Said:
-    """A direction and the place that states it: a row of the file, or the name of the file or of its folder."""
+    """A direction and the place that states it: a row, the file name or the folder name."""
 
     direction: Direction
     where: str
-    by: Literal["row", "name", "folder"] = "row"
 
 
 def said_by(path: Path, head: Iterable[Row]) -> Said | None:
-    """Direction by the rows of ``head``, else the file's name, else its folder's; ``None`` if none names just one."""
-    places: list[tuple[str, str, Literal["row", "name", "folder"]]] = [
-        *((f"{path}:{line}", " ".join(cells), "row") for line, cells in head),
-        (f"{path}: its name", path.stem, "name"),
-        (f"{path}: its folder", path.parent.name, "folder"),
-    ]
-    for where, text, by in places:
+    """Find the direction in ``head``, the file name or the folder name; ``None`` if none of them names just one."""
+    rows = ((f"{path}:{line}", " ".join(cells)) for line, cells in head)
+    names = ((f"{path}: the file name", path.stem), (f"{path}: the folder name", path.parent.name))
+    for where, text in (*rows, *names):
         plain = lab_units.pattern("directions", "fabric").sub(" ", lab_units.plainly(text))
         named = [direction for direction in get_args(Direction) if lab_units.matches(plain, "directions", direction)]
         if len(named) == 1:
-            return Said(named[0], where, by)
+            return Said(named[0], where)
     return None

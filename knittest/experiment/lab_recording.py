@@ -1,4 +1,4 @@
-"""Recordings, one a specimen: its columns by their roles, in one unit each; InputError where they cannot be."""
+"""Recordings of specimens: their columns by role, in fixed units."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
@@ -21,7 +21,7 @@ SpecimenT = TypeVar("SpecimenT")
 
 @dataclass(frozen=True)
 class Origin:
-    """Name and file of a specimen, the direction stated there, the unit of its forces, and notes on how it was read."""
+    """Name and file of a specimen, the direction stated there, the unit of its forces, and notes on the reading."""
 
     name: str
     _: KW_ONLY
@@ -38,10 +38,10 @@ class Origin:
 
 @dataclass
 class Recording:
-    """Columns ``group`` of ``table`` that belong to one specimen, the one of that ``number`` in the table.
+    """Columns ``group`` of the specimen ``number`` in ``table``.
 
-    ``values`` (n,) by role come from the ``columns``, without rows that have empty cells in them. ``factors`` made
-    their units: N, mm, % (a travel or extensometer in a unit of strain has the role strain), deg, kPa, 1.
+    ``values`` (n,) by role come from the ``columns``, without rows with empty cells, times ``factors``, in N, mm, % (a
+    travel or extensometer in a unit of strain has the role strain), deg, kPa, 1.
     """
 
     name: str
@@ -67,26 +67,26 @@ class Recording:
         return self.table.names[self.columns[role]]
 
     def is_kind(self, column: int, kind: str) -> bool:
-        """Tell whether the name of a ``column`` is one of the ``kind`` in the table, such as machine."""
+        """Return whether the name of a ``column`` is of a ``kind`` in the table of names, such as machine."""
         return lab_units.matches(self.table.names[column], "kinds", kind)
 
     def rank(self, column: int) -> int:
-        """Order of columns of one role: standard travel, one without a word to it, absolute position of the machine."""
+        """Rank columns of one role: standard travel, others, absolute position of the machine."""
         better = self.is_kind(column, "standard") or self.is_kind(column, "corrected")
         return 0 if better else 2 if self.is_kind(column, "machine") else 1
 
     def travel(self) -> Array:
         """Travel [mm]; raises :class:`InputError` where the column is a strain."""
         if "travel" not in self.values:
-            raise InputError(f"{self.where}: column {self.title('strain')!r}: a strain: expected a travel [mm]")
+            raise InputError(f"{self.where}: column {self.title('strain')!r} is a strain; expected a travel [mm]")
         return self.values["travel"]
 
     def known(self, what: Condition, tiers: Sequence[int] | None = None) -> float | None:
-        """``what`` by the head of the file or the user, ``None`` where neither states it."""
+        """Return ``what`` as stated by the file or the user; ``None`` if it is not stated."""
         return known(what, self.table, self.given.sizes, self.number, tiers)
 
     def needed(self, *wanted: Condition) -> list[float]:
-        """The same of each of ``wanted``; raises :class:`InputError` naming the option of those that nobody states."""
+        """Return all of ``wanted``; raises :class:`InputError` with the options of those that are not stated."""
         values = [self.known(what) for what in wanted]
         if missing := [what for what, value in zip(wanted, values, strict=True) if value is None]:
             raise unstated(missing, self.path)
@@ -95,24 +95,24 @@ class Recording:
     def origin(
         self, used: Mapping[int, str], why: Mapping[int, str] = MappingProxyType({}), notes: Sequence[str] = ()
     ) -> dict[str, Any]:
-        """The fields of :class:`Origin`; notes say which columns are ``used``, as what, and ``why`` others are not."""
+        """Return the fields of :class:`Origin`; notes list the columns ``used`` and ``why`` others are not."""
         words, names, roles = lab_units.table()["unused"], self.table.names, self.table.roles
         left = [k for k in self.group if k not in used and names[k].strip()]
         reasons = [f"{names[k]!r} ({why.get(k) or words.get(roles[k], words['other'])})" for k in left]
         columns = ["columns used: " + ", ".join(f"{names[k]!r} ({what})" for k, what in used.items())]
         columns += ["columns not used: " + ", ".join(reasons)] if reasons else []
-        notes = list(dict.fromkeys([*columns, *notes, *self.table.notes, *self.notes]))
+        notes = tuple(dict.fromkeys([*columns, *notes, *self.table.notes, *self.notes]))
         said = said_by(self.path, self.table.head)
-        return {"name": self.name, "path": self.path, "said": said, "unit": self.unit, "notes": tuple(notes)}
+        return {"name": self.name, "path": self.path, "said": said, "unit": self.unit, "notes": notes}
 
     def read(self, optional: Sequence[str] = (), unit_needed: bool = False) -> dict[str, Any]:
-        """Read the first role of each of ``wanted`` that is there, and ``optional`` ones; returns the origin."""
+        """Read the first available role of each of ``wanted``, and ``optional`` ones; returns the origin."""
         chosen = {}
         for some in (*self.wanted, *((role,) for role in optional)):
-            role = next((role for role in some if any(self.table.roles[k] == role for k in self.group)), None)
-            if role is not None:
-                named = (k for k in self.group if self.table.roles[k] == role)
-                chosen[role] = min(named, key=self.rank)
+            for role in some:
+                if named := [k for k in self.group if self.table.roles[k] == role]:
+                    chosen[role] = min(named, key=self.rank)
+                    break
         _, cells = self.fetch(list(chosen.values()))
         for (role, k), raw in zip(chosen.items(), cells.T, strict=True):
             unit, factor = self.unit_of(k, unit_needed)
@@ -122,52 +122,48 @@ class Recording:
             self.columns[kept], self.factors[kept] = k, factor
             self.unit = unit if role == "force" else self.unit
             if not np.isfinite(self.values[kept]).all():
-                raise InputError(f"{self.where}: no finite {role.replace('_', ' ')}")
+                raise InputError(f"{self.where}: the {role.replace('_', ' ')} is not a finite number")
         return self.origin({k: role.replace("_", " ") for role, k in self.columns.items()})
 
     def fetch(self, which: Sequence[int]) -> tuple[list[int], Array]:
-        """Lines (n) and numbers (n, columns) of the columns ``which``, rows with empty cells left out and noted."""
+        """Read lines (n) and numbers (n, columns) of the columns ``which``; without rows with empty cells."""
         table, values, note = self.table, self.table.numbers(which), ""
         empty = np.isnan(values)
         partly = np.flatnonzero(empty.any(axis=1) & ~empty.all(axis=1))
         for line, row in (table.body[k] for k in partly):
             if len(row) <= max(which) and len(row) < 2:
-                raise InputError(f"{table.place}:{line}: '' is not a number: one cell below {len(table.names)} columns")
+                raise InputError(f"{table.place}:{line}: the row has one cell for {len(table.names)} columns")
         if len(partly):
             line, row = table.body[partly[0]]
             cell = next((row[c] for c in which if c < len(row) and not has_number(row[c])), "")
             rows = f"{len(partly)} row{'s' * (len(partly) > 1)}"
-            note = f"{rows} with empty cells left out, the first at {table.place}:{line}: {shown(cell)}"
+            note = f"{rows} with empty cells skipped, the first at {table.place}:{line}: {shown(cell)}"
         kept = np.flatnonzero(~empty.any(axis=1))
         if len(kept) < 2:
-            left = f" ({note})" if note else ""
-            raise InputError(f"{self.where} has {len(kept)} points; at least two are needed{left}")
+            raise InputError(f"{self.where} has {len(kept)} points; at least two are needed{note and f' ({note})'}")
         size = np.abs(np.nan_to_num(values[:, 0]))
         if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
             raise InputError(
                 f"{table.place}:{table.body[top][0]}: specimen {self.name}: the largest {table.names[which[0]]!r} "
-                "stands in a row with an empty cell: fill it in, or leave the column out"
+                "is in a row with an empty cell; complete the row, or remove the column"
             )
         self.notes += [note] if note else []
         return [table.body[k][0] for k in kept], values[kept]
 
     def unit_of(self, column: int, needed: bool = False) -> tuple[str, float]:
-        """Unit of a column by its role, N or mm if none is stated nor ``needed``, and factor to N, mm, %, deg, kPa."""
+        """Return unit (N or mm by default unless ``needed``) and factor to N, mm, %, deg, kPa of a column."""
         name, where = self.table.names[column], f"{self.table.where}: column {self.table.names[column]!r}"
         entry = lab_units.table()["columns"][self.table.roles[column]]
         quantities: list[str] = entry["quantity"]
         units = {unit: factor for quantity in quantities for unit, factor in lab_units.QUANTITIES[quantity].items()}
         if "force" in quantities and self.is_kind(column, "per_width"):
-            raise InputError(f"{where}: a force per width: expected the force of the whole strip [N]")
+            raise InputError(f"{where} is a force per width; expected the force of the whole strip [N]")
         unit = self.table.unit(column, units)
         is_strain = "strain" in quantities and self.is_kind(column, "strain")
         if not unit and (needed or is_strain or "unit" not in entry):
             quantity = "strain" if is_strain else quantities[0]
             first, *more = lab_units.QUANTITIES[quantity]
-            raise InputError(
-                f"{where}: {'an' if quantity == 'angle' else 'a'} {quantity} without a unit: write '{name} [{first}]', "
-                f"or {', '.join(more)}"
-            )
+            raise InputError(f"{where} has no unit of {quantity}; write '{name} [{first}]', or {', '.join(more)}")
         unit = unit or str(entry["unit"])
         return unit, units[unit]
 
@@ -175,16 +171,16 @@ class Recording:
 def reader(
     wanted: Wanted, words: str, specimen: Callable[[Recording], SpecimenT], **more: Any
 ) -> Callable[[Path, Given], list[SpecimenT]]:
-    """Reads the :func:`recordings` of a file into specimens."""
+    """Return a function that reads the :func:`recordings` of a file into specimens."""
     return lambda path, given: [specimen(r) for r in recordings(path, given, wanted, words, **more)]
 
 
 def recordings(
     path: Path, given: Given, wanted: Wanted, words: str, *, own: tuple[str, ...] = (), shared: bool = False
 ) -> list[Recording]:
-    """Specimens in the file ``path``, one a column of the first of ``wanted``: roles of which it needs one each.
+    """Read the specimens of the file ``path``, one for each column of the first of the ``wanted`` roles.
 
-    ``words`` name them in messages; files may name ``own`` kinds of tests; ``shared`` lets specimens share a travel.
+    ``words`` name the roles in messages; files may name ``own`` kinds of tests; ``shared`` specimens have one travel.
     """
     moves = tuple(role for some in wanted[1:] for role in some)
     found = []
@@ -215,9 +211,8 @@ def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> l
         if move in first and not shared:
             one, other, over = (table.names[c] for c in (first[move], k, move))
             raise InputError(
-                f"{table.where}: columns {one!r} and {other!r} are both over {over!r}: two forces of one specimen? "
-                f'Leave one out, or say which counts, --column {lead}="{one}"; of two specimens each needs '
-                "its own travel beside its force"
+                f"{table.where}: columns {one!r} and {other!r} share the column {over!r}. For one specimen, remove "
+                f'one of them or choose with --column {lead}="{one}"; for two, give each its own travel'
             )
         first[move] = k
         found.append([move, k, *(cs[at] for cs in beside)])

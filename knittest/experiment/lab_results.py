@@ -1,4 +1,4 @@
-"""Results of imports: shown as tables, written into the folder of an experiment that a fabric file can name."""
+"""Results of imports: printed as tables, and written into the folder of an experiment."""
 
 import json
 import math
@@ -31,19 +31,20 @@ Tests imported with `knittest data import`; write here who tested what, where an
 
 """
 ITEMS = (
-    "{tables}: mean and sd of the results, and the conditions that they hang on. kind: measured.",
-    "`warp/`, `weft/` ({default}), {folders}: the specimens; `corridor.csv`, their mean and sd; `statistics.json`, "
-    "values and files. `tension.csv` and `shear.csv` are curves for a fabric file, from the origin on and rising.",
-    "`fabric.yaml`: what all of it says of the fabric; `knittest new NAME --from` this folder starts from it.",
+    "{tables}: mean and standard deviation of the results, and the test conditions. kind: measured.",
+    "`warp/`, `weft/` ({default}), {folders}: curves of the specimens; `corridor.csv`: their mean and standard "
+    "deviation; `statistics.json`: values and files. `tension.csv` and `shear.csv` are curves for a fabric file: they "
+    "start at the origin and rise.",
+    "`fabric.yaml`: all fabric data of these tests; `knittest new NAME --from` this folder creates a fabric from it.",
 )
 _OWN_INSIDE = re.compile(r"specimen-\d+\.csv|corridor\.csv|tension\.csv|shear\.csv|statistics\.json|curves\.png")
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves (x, y) of the specimens, their corridor, what x, y and its sd are called in files, and axes in pictures.
+    """Curves (x, y) of the specimens, their corridor, column names of x, y and its sd, and labels of axes.
 
-    ``more`` are further files by name, with columns and further lines of their heads; ``head`` those of the corridor.
+    ``more`` are further files by name, with columns and lines of their heads; ``head`` are those of the corridor.
     """
 
     each: Sequence[tuple[Array, Array]]
@@ -56,10 +57,10 @@ class Curves:
 
 @dataclass(frozen=True)
 class Results:
-    """Values (n,) of each quantity with its unit, the conditions that they hang on, and where they come from.
+    """Values (n,) of each quantity with its unit, the conditions and the origin.
 
-    ``what`` describes the specimens, such as ``strips of 50 mm``; ``digests`` tell their curves from those of other
-    imports; ``remarks`` stand below the columns ``shown``. ``direction`` is empty for a test without one.
+    ``what`` describes the specimens, such as ``strips of 50 mm``; ``digests`` identify their curves; ``remarks`` follow
+    the columns ``shown``. ``direction`` is empty for a test without one.
     """
 
     found: Mapping[str, Array]
@@ -76,7 +77,7 @@ class Results:
     names: Sequence[str] = ()
 
     def source(self, out: Path) -> str:
-        """The citation that a reader is shown."""
+        """Citation of the results."""
         specimens = f"{counted(len(next(iter(self.found.values()))), self.what[0])} {self.what[1]}"
         return ", ".join(filter(None, (out.resolve().name, specimens.strip(), self.direction)))
 
@@ -87,17 +88,15 @@ class Results:
         return [f"# {name}: {value}" for name, value in stated.items() if value]
 
     def lines(self) -> list[str]:
-        """The table with mean and sd, remarks and conditions."""
+        """Lines of the table with mean and sd, remarks and conditions."""
         conditions = [f"{what.name}: {value:.6g} {what.unit}".removesuffix(" 1") for what, value in self.conditions]
         return [*table_lines(self.names, self.shown), *self.remarks, *conditions]
 
     def statistics(self) -> dict[str, Any]:
         """Content of the file of an import: mean, sd and values of each quantity, conditions, files and digests."""
-        known: dict[str, Any] = {
-            "kind": "measured", "test": self.test, "direction": self.direction,
-            "conditions": {what.key: value for what, value in self.conditions},
-            "sources": list(self.files), "digests": list(self.digests),
-        }  # fmt: skip
+        conditions = {what.key: value for what, value in self.conditions}
+        known: dict[str, Any] = {"kind": "measured", "test": self.test, "direction": self.direction}
+        known |= {"conditions": conditions, "sources": list(self.files), "digests": list(self.digests)}
         for name, found in self.found.items():
             mean, sd = mean_sd(found)
             scatter = None if math.isnan(sd) else sd
@@ -106,7 +105,7 @@ class Results:
 
 
 def table_lines(names: Sequence[str], shown: Shown) -> list[str]:
-    """Specimens, then mean and sd of their columns; a standard deviation that one specimen has none of is a dash."""
+    """Write a table of specimens, mean and sd; an unknown standard deviation is a dash."""
     first = max(len("specimen"), *map(len, names))
     rows = [f"{name:<{first}}" for name in ("specimen", *names, "mean", "sd")]
     for head, form, values in shown:
@@ -131,23 +130,23 @@ def of_directions(tests: Tests, test: str) -> dict[str, dict[str, Any]]:
 
 
 def counted(n: int, what: str) -> str:
-    """``n`` of ``what`` in words: 1 strip, 5 strips."""
+    """Count in words: 1 strip, 5 strips."""
     return f"{n} {what}{'s' if n > 1 else ''}"
 
 
 def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:
-    """A field of a fabric file, with the standard deviation where one is known."""
+    """Field of a fabric file, with the standard deviation if it is known."""
     scatter = {} if found["sd"] is None else {"sd": float(f"{found['sd']:.6g}")}
     return {"value": float(f"{found['mean']:.6g}"), **scatter, "source": source, "ref": ref}
 
 
 def _imports() -> list[tuple[str, str]]:
-    """Test and direction of all imports that there may be."""
+    """Test and direction of all possible imports."""
     return [(test, d) for test in names("laboratory") for d in (DIRECTIONS if kinds()[test].directional else ("",))]
 
 
 def source_text() -> str:
-    """Text of a SOURCE.md to fill in, with the names that imports of all tests have."""
+    """Text of a SOURCE.md to fill in, with the names of the files of all tests."""
     parts = {test: "*" if kinds()[test].directional else "" for test in names("laboratory")}
     tables = ", ".join(f"`{table_name(test, part)}`" for test, part in parts.items())
     folders = ", ".join(f"`{folder_name(test, part)}/`" for test, part in parts.items() if test != DEFAULT)
@@ -156,7 +155,7 @@ def source_text() -> str:
 
 
 def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
-    """Statistics of the imports in ``out`` by folder; raises :class:`InputError` for one that cannot be read."""
+    """Read the statistics of the imports in ``out`` by folder; raises :class:`InputError` for a damaged file."""
     found = {}
     for name in (folder_name(*one) for one in _imports()):
         path = out / name / STATISTICS
@@ -165,7 +164,7 @@ def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
                 found[name] = json.loads(path.read_text(encoding="utf-8"))
                 found[name]["conditions"], found[name]["test"]
             except (OSError, ValueError, KeyError, TypeError):
-                raise InputError(f"{path}: not what knittest data import writes now: import those files anew") from None
+                raise InputError(f"{path}: not written by this version of knittest; import the files again") from None
     return found
 
 
@@ -175,39 +174,37 @@ def write_results(out: Path, results: Results) -> str:
     folder = folder_name(results.test, other)
     if other and set(results.digests) & set(read_statistics(out).get(folder, {}).get("digests", ())):
         raise InputError(
-            f"--direction {results.direction}: these curves stand in {out / folder} already, imported as {other}: of "
-            f"which direction are they? Remove that folder if they are of the {results.direction}"
+            f"--direction {results.direction}: {out / folder} has the same curves, imported as {other}; remove that "
+            f"folder if they are {results.direction} tests"
         )
-    inner, notes = _prepared(out, results.test, results.direction), results.notes(out)
+    inner, notes = _make_folder(out, results.test, results.direction), results.notes(out)
     known = results.statistics()
     write_atomic(inner / STATISTICS, json.dumps(known, indent=2, ensure_ascii=False) + "\n")
-    write_atomic(out / table_name(results.test, results.direction), _table(out, results, known))
+    write_atomic(out / table_name(results.test, results.direction), _table_text(out, results, known))
     if curves := results.curves:
         band, files = curves.band, dict(curves.more)
         files["corridor.csv"] = dict(zip(curves.names, (band.strain, band.mean, band.sd), strict=True)), curves.head
         for file, (columns, head) in files.items():
-            write_atomic(inner / file, _curve([*notes, *head], columns))
+            write_atomic(inner / file, _curve_text([*notes, *head], columns))
         for number, (name, xy) in enumerate(zip(results.names, curves.each, strict=True), 1):
-            text = _curve([f"# specimen: {name}", *notes[1:]], dict(zip(curves.names, xy, strict=False)))
+            text = _curve_text([f"# specimen: {name}", *notes[1:]], dict(zip(curves.names, xy, strict=False)))
             write_atomic(inner / f"specimen-{number:02d}.csv", text)
         _plot(curves, inner / "curves.png")
     return out.resolve().name
 
 
-def _prepared(out: Path, test: str, direction: str) -> Path:
-    """The folder of this import in ``out``, without an earlier one's specimens; refused if it holds anything else."""
+def _make_folder(out: Path, test: str, direction: str) -> Path:
+    """Make the folder of this import, without earlier specimens; raises :class:`InputError` for other files in it."""
     inner = out / folder_name(test, direction)
     own = {SOURCE_FILE, FABRIC, *(name(*one) for one in _imports() for name in (folder_name, table_name))}
     for folder in (out, inner):
         if folder.exists() and not folder.is_dir():
-            raise InputError(f"--out {out}: {folder} is a file: choose a new or empty folder")
+            raise InputError(f"--out {out}: {folder} is a file; choose a new or empty folder")
     outside, inside = (sorted(path.name for path in f.iterdir()) if f.exists() else [] for f in (out, inner))
     strange = [name for name in outside if name not in own]
     strange += [f"{inner.name}/{n}" for n in inside if not _OWN_INSIDE.fullmatch(n) or STATISTICS not in inside]
     if strange:
-        raise InputError(
-            f"--out {out}: holds {strange[0]}, which knittest data import did not write: choose a new or empty folder"
-        )
+        raise InputError(f"--out {out}: {strange[0]} is not written by knittest data import; choose another folder")
     try:
         inner.mkdir(parents=True, exist_ok=True)
         for old in inner.glob("specimen-*.csv"):
@@ -217,7 +214,7 @@ def _prepared(out: Path, test: str, direction: str) -> Path:
     return inner
 
 
-def _table(out: Path, results: Results, known: Mapping[str, Any]) -> str:
+def _table_text(out: Path, results: Results, known: Mapping[str, Any]) -> str:
     """Tidy rows as :func:`knittest.experiment.tables.published` reads them."""
     import pandas as pd
 
@@ -226,13 +223,13 @@ def _table(out: Path, results: Results, known: Mapping[str, Any]) -> str:
         mean, sd, n = (known[name][key] for key in ("mean", "sd", "n"))
         rows.append((name, f"{mean:.6g}", "" if sd is None else f"{sd:.6g}", n, results.units[name]))
     rows += [(what.key, f"{value:.6g}", "", "", what.unit) for what, value in results.conditions]
-    variant, source = out.resolve().name, results.source(out)
-    table = pd.DataFrame([(variant, results.direction, *row, source) for row in rows], columns=list(COLUMNS))
+    whose, source = (out.resolve().name, results.direction), results.source(out)
+    table = pd.DataFrame([(*whose, *row, source) for row in rows], columns=list(COLUMNS))
     return str(table.to_csv(index=False, lineterminator="\n"))
 
 
-def _curve(notes: Sequence[str], columns: Mapping[str, Array]) -> str:
-    """A curve as :func:`knittest.experiment.curves.load_curve` reads it, without a column of NaN (no scatter known)."""
+def _curve_text(notes: Sequence[str], columns: Mapping[str, Array]) -> str:
+    """Curve as :func:`knittest.experiment.curves.load_curve` reads it, without columns of NaN (unknown scatter)."""
     import pandas as pd
 
     table = pd.DataFrame(columns).dropna(axis=1, how="all")

@@ -18,48 +18,48 @@ from knittest.experiment.lab_units import QUANTITIES
 from knittest.experiment.statistics import band
 from knittest.materials.trellis import ANGLE, NORMALISED
 
-#: share of the largest force that a force of the other sign stays below, such as noise or the weight of a clamp
+#: largest force of the other sign over the maximum force, such as noise or the weight of a clamp
 OTHER = 0.5
-#: a force at the start beyond this share of the largest is asked about
+#: largest force at the start over the maximum force without a statement by the user
 TARE = 0.1
-#: share of its range by which a travel may go back before it counts as turned
+#: share of its range by which a travel may fall before it counts as reversed
 JITTER = 0.01
-#: one specimen's result over the median of the series, or the other way round: beyond it units or fabrics differ
+#: largest factor between the result of a specimen and the median of the others
 APART = 3.0
 
 
 def drawn(travel: Array, sign: Sign) -> Array:
-    """``travel`` (n,) as rising: with a pull counted negative, travels may be too."""
+    """Return ``travel`` (n,) as rising; if tension counts as negative, it may be negative too."""
     falls = travel[0] - travel.min() > travel.max() - travel[0]
     return -travel if sign == "negative" and falls else travel
 
 
 def pulled(force: Array, sign: Sign, where: str) -> Array:
-    """``force`` [N], (n,), with pull counted positive, which ``sign`` has in the file; refused if of the other sign."""
+    """Return ``force`` [N], (n,), positive in tension; raises :class:`InputError` if it contradicts ``sign``."""
     signed = -force if sign == "negative" else force
     top, bottom = float(signed.max()), float(signed.min())
     if -bottom > OTHER * max(top, 0.0) and bottom < 0.0:
         other = "negative" if sign == "positive" else "positive"
         raise InputError(
-            f"{where}: forces from {force.max():.4g} to {force.min():.4g} N, with a pull counted as {sign}: "
-            f"compression, or the other sign? If it is a pull, give --sign {other}; else tare the force"
+            f"{where}: force from {force.max():.4g} to {force.min():.4g} N, but tension counts as {sign}; give --sign "
+            f"{other} if the test is in tension, else correct the zero of the force"
         )
     return signed
 
 
-def tared(force: Array, preload: Preload | None, where: str, beside: tuple[str, float, str] | None = None) -> Array:
-    """``force`` [N], (n,), without preload if so asked; one large ``beside`` the largest, or another, is refused."""
-    first, (name, other, what) = float(force[0]), beside or ("its largest is", float(np.abs(force).max()), "resistance")
+def tared(force: Array, preload: Preload | None, where: str, limit: tuple[str, float] | None = None) -> Array:
+    """Remove the preload of ``force`` [N], (n,), if stated; raises InputError for a large one that is not stated."""
+    first, (name, other) = float(force[0]), limit or ("its maximum is", float(np.abs(force).max()))
     if preload is None and abs(first) > TARE * abs(other):
         raise InputError(
-            f"{where}: starts with a force of {first:.4g} N, {name} {other:.4g} N: a preload or a "
-            f"weight, which is no {what}? Give --preload subtract, or --preload keep"
+            f"{where}: the force starts at {first:.4g} N ({name} {other:.4g} N, limit {100.0 * TARE:g} % of it); give "
+            "--preload subtract if this is a preload or a weight, else --preload keep"
         )
     return force - first if preload == "subtract" else force
 
 
 def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:
-    """Rows of the first way up of ``travel`` (n,), each beyond all before, and whether it turns after them."""
+    """Return the rows of the first loading by ``travel`` (n,), each beyond all before, and whether it turns back."""
     most = np.maximum.accumulate(travel)
     back = np.flatnonzero(travel < most - max(JITTER * np.ptp(travel), 6.0 * noise(travel)))
     end = int(back[0]) if len(back) else len(travel)
@@ -69,7 +69,7 @@ def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:
 
 
 def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: str) -> None:
-    """Raise :class:`InputError` naming the specimen whose value lies a factor :data:`APART` off the others' median."""
+    """Raise :class:`InputError` for a specimen whose value is a factor :data:`APART` off the median of the others."""
     if len(values) < 2:
         return
     others = np.array([np.median(np.delete(values, k)) for k in range(len(values))])
@@ -77,16 +77,15 @@ def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: st
     k = int(np.argmax(factor))
     if not factor[k] <= APART:
         raise InputError(
-            f"{specimens[k].where}: {what} {values[k]:.4g} {unit}, the median of the "
-            f"other {len(values) - 1} is {others[k]:.4g} {unit}: in another unit, or of another series? Leave it out "
-            "or mend the file"
+            f"{specimens[k].where}: {what} {values[k]:.4g} {unit} and the median of the other {len(values) - 1}, "
+            f"{others[k]:.4g} {unit}, differ by more than a factor of {APART:g}; check the unit, or remove the specimen"
         )
 
 
 def refuse_implausible(
     one: Origin, value: float, band: tuple[float, float], what: str, unit: str, force: float
 ) -> None:
-    """Raise :class:`InputError` for a ``value`` [unit] of ``what`` out of ``band`` that a ``force`` [N] makes."""
+    """Raise :class:`InputError` for a ``value`` [unit] of ``what`` outside ``band``, caused by a ``force`` [N]."""
     low, high = band
     if low <= value <= high:
         return
@@ -94,30 +93,28 @@ def refuse_implausible(
     likely = {name: force / factors[one.unit] * factor for name, factor in factors.items() if name != one.unit}
     looks = [f"{name}: {newton:.6g} N" for name, newton in likely.items() if low * scale <= newton <= high * scale]
     hint = f" (it looks like {' or '.join(looks[:2])})" if looks else ""
-    raise InputError(
-        f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}: check the unit of the force"
-    )
+    raise InputError(f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}; check the unit")
 
 
 def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> list[str]:
-    """Fingerprints of the curves; raises :class:`InputError` for two of the same numbers."""
+    """Fingerprints of the curves; raises :class:`InputError` for two equal ones."""
     found = [digest(*columns) for columns in curves]
     for k, one in enumerate(found):
         if one in found[:k]:
             first = specimens[found.index(one)].name
-            raise InputError(f"specimens {first} and {specimens[k].name}: the same curve twice: leave one out")
+            raise InputError(f"specimens {first} and {specimens[k].name} have the same curve; remove one of them")
     return found
 
 
 def digest(*columns: Array) -> str:
-    """Fingerprint of a curve by its numbers, whatever the file's delimiter and decimal mark."""
+    """Fingerprint of a curve by its numbers, for any delimiter and decimal mark."""
     text = "".join(" ".join(f"{v:.6g}" for v in column) + ";" for column in columns)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 #: shear angle [deg] within which a specimen starts square
 SQUARE = 0.5
-#: a test that ends below is in rad, in other units, or none
+#: smallest largest angle [deg] of a test; below it the unit is wrong
 LEAST = 3.0
 #: shear angles at which the force is a row [deg]: those of a run
 ANGLES = (10.0, 20.0, 30.0, 40.0)
@@ -129,9 +126,8 @@ FORCES = (5e-4, 20.0)
 
 @dataclass(frozen=True)
 class Tested:
-    """Specimen of ``test`` whose ``angle`` [rad] follows from a travel [mm] up to the ``longest``; in messages
-    ``words`` name it, ``square`` is what it is at an angle of zero, and ``options`` state its size. A strain is the
-    travel over its ``length`` [mm].
+    """Specimen of ``test`` whose ``angle`` [rad] follows from a travel [mm] up to the ``longest``. Messages use its
+    ``words``, its state ``square`` at zero and the ``options`` of its size. A strain is travel over ``length`` [mm].
     """
 
     test: str
@@ -144,19 +140,19 @@ class Tested:
 
 
 def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Array, Array]]:
-    """The fields of :class:`Sheared` of a recording, from square on, and angle and force of all its rows."""
-    role, given = _moved(r, tested), r.given
+    """Return the fields of :class:`Sheared` from the square state on, and angle and force of all rows."""
+    role, given = _travel_role(r, tested), r.given
     moved, force = drawn(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
     first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
     force = -force if given.sign == "negative" else force
     factor = r.factors[role]
-    angle = _angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
+    angle = _shear_angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
-            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg: where is "
-            f"{tested.square}? Give --zero, in the unit of the column: {moved[0] / factor:g} if at the start, 0 if the "
-            "numbers are right"
+            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg (limit {SQUARE:g} deg); "
+            f"give --zero, the value of the column for {tested.square}: {moved[0] / factor:g} if in the first row, 0 "
+            "if the values are right"
         )
     if angle[0] <= SQUARE:
         free = tared(first, given.preload, r.where)
@@ -166,32 +162,32 @@ def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Arr
     if len(rows) < 3 or end < LEAST:
         looks = f" (it looks like rad: {np.rad2deg(end):.4g} deg)" if 0.1 < end < 1.4 else ""
         raise InputError(
-            f"{r.where}: the first loading has {len(rows)} rows up to {end:.3g} deg{looks}: expected at least 3, up to "
-            f"{LEAST:g} deg"
+            f"{r.where}: the first loading has {len(rows)} rows up to {end:.3g} deg{looks}; expected at least 3 rows "
+            f"and {LEAST:g} deg"
         )
     sheared = angle[rows] >= 0.0
     return {"angle": angle[rows][sheared], "force": first[sheared], "turned": turned}, (angle, force)
 
 
-def _moved(r: Recording, tested: Tested) -> str:
-    """Role of the column that gives the angle; raises :class:`InputError` for what is none, and for another force."""
+def _travel_role(r: Recording, tested: Tested) -> str:
+    """Find the role of the column for the angle; raises :class:`InputError` for an unsuitable travel or force."""
     role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
     along_sides = (
-        "a force along the sides, F_s? Expected the F of the crosshead, 2 F_s cos(45 deg - angle / 2): leave the "
-        "column out or convert it; name it 'force' if it is that"
+        "looks like the force F_s along the sides; expected the crosshead force F = 2 F_s cos(45 deg - angle / 2). "
+        "Convert the column, or name it 'force' if it is F"
     )
-    of_a_part = "an extensometer sees a part of the specimen alone: expected the travel of the clamp"
+    of_a_part = "is an extensometer, which measures only a part of the specimen; expected the clamp travel"
     for column, wrong, reason in (
         ("force", r.is_kind(r.columns["force"], "along_sides"), along_sides),
-        (role, role == "strain" and tested.length is None, "a strain: expected a travel or an angle"),
+        (role, role == "strain" and tested.length is None, "is a strain; expected a travel or an angle"),
         (role, role != "angle" and r.is_kind(r.columns[role], "sensor"), of_a_part),
     ):
         if wrong:
-            raise InputError(f"{r.table.where}: column {r.title(column)!r}: {reason}")
+            raise InputError(f"{r.table.where}: column {r.title(column)!r} {reason}")
     return role
 
 
-def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
+def _shear_angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
     """Shear angle [deg], (n,), of an angle [deg], a travel [mm] or a strain [%]."""
     if role == "angle":
         return moved
@@ -199,15 +195,15 @@ def _angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
     most = float(np.abs(travel).max())
     if not most < tested.longest:
         raise InputError(
-            f"{where}: a displacement of {most:g} mm, where {tested.words} is drawn out by {tested.longest:.4g} mm at "
-            f"most: check the unit, {tested.options} and --zero"
+            f"{where}: displacement {most:g} mm; {tested.words} allows {tested.longest:.4g} mm at most; check the "
+            f"unit, {tested.options} and --zero"
         )
     return np.rad2deg([tested.angle(float(d)) for d in travel])
 
 
 @dataclass(frozen=True)
 class Sheared(Origin):
-    """Shear angle [deg], rising, and force [N] on the first loading, (n,) each, and whether more of it follows."""
+    """Shear angle [deg], rising, and force [N] of the first loading, (n,) each, and whether it turns back later."""
 
     angle: Array
     force: Array
@@ -220,7 +216,7 @@ class Sheared(Origin):
 
 
 def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list[str]]:
-    """Normalised forces [N/mm] at the :data:`ANGLES` that all specimens reach, and fingerprints of the curves."""
+    """Normalised forces [N/mm] at those :data:`ANGLES` that all specimens reach, and fingerprints of the curves."""
     end = min(float(s.angle[-1]) for s in specimens)
     for s in specimens:
         top, force = float(s.normalised.max()), float(s.force.max())
@@ -229,14 +225,12 @@ def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list
     refuse_apart(specimens, at[end], f"normalised force at {end:.3g} deg", "N/mm")
     found = {a: values for a, values in at.items() if a in ANGLES and a <= end}
     if not found:
-        raise InputError(
-            f"{specimens[0].path}: all specimens together go to {end:.3g} deg: expected at least {ANGLES[0]:g} deg"
-        )
+        raise InputError(f"{specimens[0].path}: the common range ends at {end:.3g} deg; expected {ANGLES[0]:g} deg")
     return found, digests(specimens, [(s.angle, s.force) for s in specimens])
 
 
 def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curves:
-    """Curves of the normalised force up to the angle that all ``specimens`` reach; ``words`` name the angle."""
+    """Curves of the normalised force up to the angle that all ``specimens`` reach, named by ``words``."""
     curves = [(s.angle, s.normalised) for s in specimens]
     corridor = band(curves, min(float(angle[-1]) for angle, _ in curves), "shear angles")
     names = (ANGLE, NORMALISED, "normalised_shear_force_sd_n_per_mm")
@@ -246,12 +240,12 @@ def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curve
 def shear_rows(
     specimens: Sequence[Sheared], forces: Mapping[str, Mapping[float, Array]], more: Mapping[str, Array]
 ) -> tuple[dict[str, Array], dict[str, str]]:
-    """Rows of ``forces`` at angles by their quantity, ``more`` and the largest angle, and the units of the forces."""
+    """Rows of ``forces`` at angles, ``more`` and the largest angle by quantity, and units of the forces."""
     found = {f"{name}_at_deg.{a:g}": values for name, at in forces.items() for a, values in at.items()}
     units = {name: "N/mm" if "n_per_mm" in name else "N" for name in found}
     return {**found, **more, END: np.array([s.angle[-1] for s in specimens])}, units | {END: "deg"}
 
 
 def reached(test: dict[str, Any]) -> dict[str, float]:
-    """Largest angle [deg] of a rig: that which all specimens of a ``test`` reach by its statistics, in tenths."""
+    """Largest angle [deg] of a rig: the one that all specimens of a ``test`` reach, rounded down to tenths."""
     return {"max_angle": math.floor(10.0 * min(test[END]["values"])) / 10.0} if END in test else {}

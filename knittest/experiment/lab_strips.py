@@ -1,4 +1,4 @@
-"""Strips pulled in a testing machine: force over the strain of the best column that there is, and of one series."""
+"""Strips from a testing machine: force over the strain of the best column, and series of strips."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -19,29 +19,29 @@ from knittest.experiment.statistics import Array, Specimen, corridor, peaks
 
 StripT = TypeVar("StripT")
 
-#: strain above which unit or gauge length must be wrong [%]
+#: strain above which unit or gauge length are wrong [%]
 MAX_STRAIN = 100.0
-#: strength of textiles per width [N/mm], and what a testing machine pulls a yarn or a strip with [N]
+#: strength of textiles per width [N/mm], and maximum force of a yarn or a strip [N]
 STRENGTH, FORCES = (0.5, 3000.0), (0.05, 500_000.0)
 MOVES = ("extensometer", "travel")
-#: share of its largest strain by which an extensometer may fall while the force rises, or turn negative
+#: shares of its largest strain by which an extensometer may fall while the force rises, and turn negative
 FALL, BELOW = 0.02, 0.05
-#: it stays where it gains less than this share while the force gains that one of its maximum
+#: an extensometer stays if it gains less than this share while the force gains that share of its maximum
 STAYS, GAINS = 0.002, 0.08
-#: difference of the shares of their ways that extensometer and clamp go from row to row beyond which one jumps
+#: an extensometer jumps if its step and that of the clamp, as shares of their travels, differ by more
 JUMP = 0.25
-#: an extensometer slips where in one of as many parts of the clamp's way it moves at less than this share of its usual
-#: pace, and the force gains that share of its maximum
+#: an extensometer slips if, in one of so many parts of the clamp travel, its pace is below this share of its usual one
+#: and the force gains that share of its maximum
 PARTS, SLOW, GAINS_SLOW = 10, 0.25, 0.03
-#: share of its way by which a clamp goes back before another loading
+#: share of its travel by which a clamp returns before another loading
 UNLOADED = 0.1
-#: share of the largest travel below which an offset of the start is none
+#: share of the largest travel below which an offset at the start is ignored
 OFFSET = 0.002
 
 
 @dataclass(frozen=True)
 class _Measure:
-    """A column that may give the strain: ``factor`` to %, nan without a gauge length, ``rank`` of its kind (0 best)."""
+    """A column for the strain: ``factor`` to %, nan without a gauge length, and ``rank`` of its kind (0 best)."""
 
     column: int
     rank: int
@@ -55,26 +55,24 @@ class _Measure:
 
 
 def strip_reader(one: Callable[[Recording], StripT]) -> Callable[[Path, Given], list[StripT]]:
-    """Reads a file of strips into what ``one`` makes of each recording."""
+    """Return a function that reads a file of strips and calls ``one`` for each recording."""
     return reader([("force",), MOVES], "a force and a displacement or strain column", one)
 
 
 def read_strip(r: Recording) -> Specimen:
-    """Specimen of a recording.
-
-    The strain is a measured one, else the travel of an extensometer over its gauge length, as long as it is valid, else
-    the travel of the clamp over theirs.
+    """Read a specimen. Its strain is the measured one, else the valid extensometer travel over its gauge length, else
+    the clamp travel over the gauge length of the clamps.
     """
     names, why = r.table.names, {}
     pull, gauge = next(k for k in r.group if r.table.roles[k] == "force"), r.known(GAUGE)
-    measures = _measures(r, gauge)
+    measures = _find_measures(r, gauge)
     clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
     r.unit, _ = r.unit_of(pull)
     for measure in measures:
         beside = clamp if measure.has_extensometer else None
         if not np.isfinite(measure.factor):
             row = "extensometer gauge length" if measure.has_extensometer else "gauge length"
-            why[measure.column] = f"{measure.words}: no row '{row};...;mm' above the table states its gauge length"
+            why[measure.column] = f"{measure.words}: no gauge length; add a row '{row};...;mm' above the table"
             continue
         try:
             read = r.fetch([pull, measure.column, *([beside.column] if beside else [])])
@@ -88,22 +86,21 @@ def read_strip(r: Recording) -> Specimen:
             why[measure.column] = f"{measure.words}: {reason}"
             continue
         strain, force = rows.curve()
-        left = {m.column: f"{m.words}: {names[measure.column]!r} comes first" for m in measures}
+        left = {m.column: f"{m.words}: {names[measure.column]!r} is used instead" for m in measures}
         origin = r.origin({pull: "force", measure.column: measure.words}, left | why, rows.notes)
         return Specimen(**origin, strain=strain, force=force, width=r.known(WIDTH), gauge=gauge)
     where = r.table.where
     if not any(m.has_extensometer for m in measures):
-        travel = f"travel in {measures[0].unit}, and the file states no gauge length"
-        raise InputError(f"{where}: {travel}: give --gauge-length [mm]")
+        raise InputError(f"{where}: the file states no gauge length for the travel; give --gauge-length [mm]")
     reasons = "; ".join(f"{names[k]!r} ({reason})" for k, reason in why.items())
     raise InputError(
-        f"{where}: specimen {r.name}: no valid strain: {reasons}: give --gauge-length [mm] for the travel of the "
-        "clamp, or leave the specimen out"
+        f"{where}: specimen {r.name}: no valid strain: {reasons}. Give --gauge-length [mm] to use the clamp travel, "
+        "or remove the specimen"
     )
 
 
-def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
-    """Columns that may give the strain, the best first; raises :class:`InputError` for a strain of an unknown unit."""
+def _find_measures(r: Recording, gauge: float | None) -> list[_Measure]:
+    """Find the columns for the strain, the best first; raises :class:`InputError` for an unknown unit."""
     own, standard, grips, marks = r.known(EXTENSOMETER), r.known(STANDARD), r.known(GAUGE, [0]), r.known(GAUGE, [1])
     if own is None and grips and marks and not same(grips, marks):
         own = marks
@@ -120,15 +117,15 @@ def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
             failed.append(error)
             continue
         if unit in QUANTITIES["strain"]:
-            rank, words = (0, "a measured strain") if is_sensor else (4, "a strain by the travel of the clamp")
+            rank, words = (0, "measured strain") if is_sensor else (4, "strain from the clamp travel")
         elif is_extensometer:
             of_grips = len(moves) > 1 or (grips and not marks and "sensor" in kinds)
             length = own or (None if of_grips else gauge)
-            rank, words = 1, "the travel of an extensometer" + (f" over {length:g} mm" if length else "")
+            rank, words = 1, "extensometer travel" + (f", gauge length {length:g} mm" if length else "")
         else:
             length = standard if "standard" in kinds and standard else gauge
             rank = 2 if {"standard", "corrected"} & kinds else 5 if "machine" in kinds else 3
-            words = "a travel" + (f" over {length:g} mm between the clamps" if length else " of the clamp")
+            words = "clamp travel" + (f", gauge length {length:g} mm" if length else "")
         factor = QUANTITIES["strain"].get(unit) or 100.0 * QUANTITIES["length"][unit] / (length or np.nan)
         found.append(_Measure(k, rank, unit, factor, words))
     if not found:
@@ -137,7 +134,7 @@ def _measures(r: Recording, gauge: float | None) -> list[_Measure]:
 
 
 class _Rows:
-    """Rows of one specimen: strain [%] from its start, force [N] and, beside an extensometer, travel of the clamp."""
+    """Rows of one specimen: strain [%] from its start, force [N] and, with an extensometer, the clamp travel."""
 
     def __init__(
         self, r: Recording, lines: list[int], values: Array, measure: _Measure, beside: _Measure | None
@@ -153,36 +150,36 @@ class _Rows:
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
             self.clamp = values[:, 2] * beside.factor if beside else None
             strain = checks.drawn(values[:, 1] * measure.factor, sign)
-            start = _start(strain, self.force, self.top)
+            start = _strain_at_start(strain, self.force, self.top)
             if strain[self.top] < start and sign == "positive" and not measure.has_extensometer:
                 strain, start = -strain, -start
-                self.notes.append("its travel falls under the pull: counted the other way")
+                self.notes.append("the travel is negative in tension: its sign was reversed")
             if start:
-                self.notes.append(f"it begins at {values[0, 1]:.4g} {measure.unit}: subtracted")
+                self.notes.append(f"the travel starts at {values[0, 1]:.4g} {measure.unit}: this offset was subtracted")
             self.strain = strain - start
             before = self.strain[: self.top + 1]
             self.noise = 6.0 * noise(before)
             self.jitter = max(checks.JITTER * float(np.ptp(before)), self.noise)
 
     def invalid(self) -> str:
-        """Reason why an extensometer does not hold up to the maximum force; empty if it does.
+        """Return why an extensometer is not valid up to the maximum force; empty if it is.
 
-        Raises :class:`InputError` where its unit contradicts that of the clamp beside it.
+        Raises :class:`InputError` if its unit contradicts the clamp travel.
         """
         rows, lines = slice(0, self.top + 1), self.lines
-        e, force = _without_spikes(self.strain[rows]), np.maximum.accumulate(self.force[rows])
+        e, force = _remove_spikes(self.strain[rows]), np.maximum.accumulate(self.force[rows])
         most, top = np.maximum.accumulate(e), float(np.abs(e).max())
         if self.top < 2:
             return ""
         if not top > 0.0:
-            return "it shows nothing up to the maximum force"
+            return "it reads zero up to the maximum force"
         best = np.maximum.accumulate(np.where(e >= most, np.arange(len(e)), 0))
         falls = np.flatnonzero((most - e > max(FALL * top, self.noise)) & (self.force[rows] > force[best]))
         if len(falls):
             k, fall = int(falls[0]), f"from {most[falls[0]]:.4g} to {e[falls].min():.4g} %"
-            return f"it falls {fall} while the force rises (line {lines[k]}): taken off, or it slipped"
+            return f"its strain falls {fall} while the force rises (line {lines[k]}): removed or slipped"
         if e.min() < -max(BELOW * top, self.noise):
-            return f"it turns negative under the pull, {e.min():.4g} % in line {lines[int(np.argmin(e))]}"
+            return f"its strain turns negative in tension, {e.min():.4g} % in line {lines[int(np.argmin(e))]}"
         changes = np.diff(np.flatnonzero(np.diff(self.strain[rows])))
         held = int(np.median(changes)) if len(changes) > 2 else 1  # rows between two values of a slower channel
         earlier = int(np.searchsorted(force, (1.0 - GAINS) * force[-1], side="right")) - 1
@@ -191,28 +188,28 @@ class _Rows:
         if earlier and e[-1] - e[earlier] < least:
             k = int(np.argmax(e > e[-1] - least))
             rise = f"from {force[k]:.4g} to {force[-1]:.4g} N (line {lines[k]})"
-            return f"it stays at {e[-1]:.4g} % while the force rises {rise}"
-        x = np.zeros(1) if self.clamp is None else _without_spikes(self.clamp[rows] - self.clamp[0])
+            return f"its strain stays at {e[-1]:.4g} % while the force rises {rise}"
+        x = np.zeros(1) if self.clamp is None else _remove_spikes(self.clamp[rows] - self.clamp[0])
         if not abs(x[-1]) > 0.0:
             return ""
         steps = np.abs(np.diff(e / e.max())) - np.abs(np.diff(x / x[-1]))
         if len(steps) > 8 and steps.max() > JUMP:
-            return f"it jumps in line {lines[int(np.argmax(steps)) + 1]}, the clamp does not"
+            return f"its strain jumps in line {lines[int(np.argmax(steps)) + 1]}, the clamp travel does not"
         parts = np.searchsorted(np.maximum.accumulate(x / x[-1]), np.linspace(0.0, 1.0, PARTS + 1))
         pace, gain = np.diff(e[parts]), np.diff(force[parts]) / force[-1]
         slow = np.flatnonzero((pace < SLOW * np.quantile(pace, 0.75)) & (gain > GAINS_SLOW))
         if len(np.unique(e)) > 4 * PARTS and (slow >= 2).any():
-            return f"it hardly moves from line {lines[parts[slow[slow >= 2][0]]]} on, the clamp does: it slipped"
+            return f"it hardly moves from line {lines[parts[slow[slow >= 2][0]]]} on while the clamp moves: slipped"
         ratio = e[-1] / abs(x[-1])
         if 0.005 < ratio < 0.02 or 50.0 < ratio < 200.0:
             raise InputError(
-                f"{self.where.format(lines[self.top])}: a strain of {e[-1]:.4g} % at the maximum force, where the "
-                f"clamp travels {abs(x[-1]):.4g} %: in % or a fraction? Check the unit of the strain"
+                f"{self.where.format(lines[self.top])}: the strain at maximum force is {e[-1]:.4g} %, the clamp travel "
+                f"gives {abs(x[-1]):.4g} %; check whether the strain is in % or a fraction"
             )
         return ""
 
     def curve(self) -> tuple[Array, Array]:
-        """Strain [%], rising, and force [N]; raises :class:`InputError` for a travel that goes back before the peak."""
+        """Return strain [%], rising, and force [N]; raises InputError for a travel that falls before the peak."""
         strain, top, values = self.strain, self.top, self.values
         self._refuse_cycles()
         with np.errstate(over="ignore", invalid="ignore"):
@@ -221,8 +218,8 @@ class _Rows:
         if len(before) and not self.measure.has_extensometer:
             k = int(before[0])
             raise InputError(
-                f"{self.where.format(self.lines[k])}: the travel goes back before the maximum force "
-                f"({values[k - 1, 1]:g} then {values[k, 1]:g}): a cyclic test? Keep the first loading alone"
+                f"{self.where.format(self.lines[k])}: the travel falls from {values[k - 1, 1]:g} to {values[k, 1]:g} "
+                "before the maximum force; for a cyclic test, keep only the first loading"
             )
         end = int(after[0]) if len(after) else len(strain)
         end = max(int(np.argmax(strain[:end])), top) + 1
@@ -231,7 +228,7 @@ class _Rows:
             jumps = np.flatnonzero(np.abs(np.diff(strain[top:end])) > usual)
             end = top + 1 + int(jumps[0]) if len(jumps) else end
         if len(strain) - end:
-            self.notes.append(f"rows from line {self.lines[end]} on left out: the travel turns back")
+            self.notes.append(f"rows from line {self.lines[end]} on skipped: the travel falls")
         # rows that repeat a travel, or go back within its noise, are one: their mean force, or the maximum
         rising, row = np.unique(np.maximum.accumulate(strain[:end]), return_inverse=True)
         force = np.bincount(row, self.force[:end]) / np.bincount(row)
@@ -239,29 +236,29 @@ class _Rows:
         where = self.where.format(self.lines[-1])
         if not rising[-1] <= MAX_STRAIN:
             raise InputError(
-                f"{where}: a travel of {values[end - 1, 1]:g} would be a strain of {rising[-1]:.4g} %: check the unit "
-                "of the travel and the gauge length"
+                f"{where}: travel {values[end - 1, 1]:g} gives a strain of {rising[-1]:.4g} %, above the limit of "
+                f"{MAX_STRAIN:g} %; check the unit of the travel and the gauge length"
             )
         if len(rising) < 2:
-            raise InputError(f"{where}: the travel does not rise")
+            raise InputError(f"{where}: the travel does not rise; check its column")
         return rising, force
 
     def _refuse_cycles(self) -> None:
-        """Raise :class:`InputError` where the clamp goes back and the force rises again after it."""
+        """Raise :class:`InputError` if the clamp travel falls and the force rises again after it."""
         way = self.strain if self.clamp is None else np.abs(self.clamp - self.clamp[0])
         back = np.maximum.accumulate(way) - way > max(UNLOADED * float(np.ptp(way)), 6.0 * noise(way))
         later = self.force[int(np.argmax(back)) :] if back.any() else self.force[:0]
         if len(later) and (later - np.minimum.accumulate(later)).max() > checks.OTHER * self.force[self.top]:
             raise InputError(
-                f"{self.where.format(self.lines[int(np.argmax(back))])}: the travel goes back, and the force rises "
-                "again after it: a cyclic test, or several specimens? Keep the first loading of one specimen alone"
+                f"{self.where.format(self.lines[int(np.argmax(back))])}: the travel falls, then the force rises again, "
+                "as in cycles or with several specimens; keep only the first loading of one specimen"
             )
 
 
-def _start(strain: Array, force: Array, top: int) -> float:
-    """Strain to subtract: that of the rows at rest before the pull, none where it is next to nothing.
+def _strain_at_start(strain: Array, force: Array, top: int) -> float:
+    """Return the strain of the rows before loading, to be subtracted.
 
-    A first row that lies one step from the origin on the curve is none at rest: the row of zeros was left out.
+    It is 0 if negligible, or if the first row is one step from the origin on the curve (a missing row of zeros).
     """
     way = float(np.abs(strain[top] - strain[0]))
     if not np.isfinite(way):
@@ -278,8 +275,8 @@ def _start(strain: Array, force: Array, top: int) -> float:
     return zero
 
 
-def _without_spikes(values: Array) -> Array:
-    """Running median of five rows, where there are many."""
+def _remove_spikes(values: Array) -> Array:
+    """Running median of five rows, for at least 25 rows."""
     from scipy.ndimage import median_filter
 
     return values if len(values) < 25 else np.asarray(median_filter(values, 5, mode="nearest")) + 0.0
@@ -289,11 +286,11 @@ read_strips = strip_reader(read_strip)
 
 
 def plausible_strips(specimens: Sequence[Specimen]) -> None:
-    """Raise :class:`InputError` for a force, a force per width or a strain at it that no strip or yarn has."""
+    """Raise :class:`InputError` for an implausible maximum force, force per width or strain at maximum force."""
     force, strain = peaks(specimens)
     for s, top, at in zip(specimens, force, strain, strict=True):
         band = FORCES if s.width is None else (STRENGTH[0] * s.width, STRENGTH[1] * s.width)
-        per = "" if s.width is None else f", {top / s.width:.4g} N/mm of its {s.width:g} mm"
+        per = "" if s.width is None else f", {top / s.width:.4g} N/mm at {s.width:g} mm width"
         checks.refuse_implausible(s, top, band, f"maximum force {top:.6g} N{per}", "N", top)
         check = ": check the unit of the travel and the gauge length"
         within(at, MacroMaterial, "fracture_strain", f"{s.where}: strain at maximum force {at:.4g} %", check)
@@ -302,7 +299,7 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
 
 
 def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Specimen], dict[Condition, float]]:
-    """Strips as if all were of their mean width, the same with forces in N/mm of it, and width and gauge length."""
+    """Scale strips to their mean width; returns them with forces in N and in N/mm, and width and gauge length."""
     width = common(WIDTH, [s.width for s in specimens], specimens)
     found = {WIDTH: width}
     if any(s.gauge is not None for s in specimens):
@@ -313,7 +310,7 @@ def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Spec
 
 
 def strip_curves(narrow: Sequence[Specimen]) -> Curves:
-    """Curves of forces in N/mm of width."""
+    """Curves of the force per width [N/mm]."""
     names = ("strain_pct", "force_n_per_mm", "force_sd_n_per_mm")
     each = [(s.strain, s.force) for s in narrow]
     return Curves(each, corridor(narrow), names, ("strain [%]", "force per width [N/mm]"))

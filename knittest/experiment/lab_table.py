@@ -1,8 +1,9 @@
-"""Tables in a machine's file: names of columns, units, numbers, and the rows above them that state conditions."""
+"""Tables in files of testing machines: column names, units, numbers, and the conditions above them."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Literal
@@ -21,24 +22,24 @@ Sign = Literal["positive", "negative"]
 Preload = Literal["subtract", "keep"]
 Clamped = Literal["sides", "far"]
 Loading = Literal["first", "cycles"]
-#: roles of which a test needs one each
+#: groups of roles; a test needs one role of each group
 Wanted = Sequence[tuple[str, ...]]
-#: rows above a table that may state something, and rows of a table below which a block of one row may count
+#: rows above a table that are read, and rows of a table below which a block of one row may count
 MAX_HEAD, SHORT = 1000, 10
-#: share of steps that fall from which on a rising travel has noise: rounded ones repeat, but do not fall
+#: share of falling steps from which a rising travel has noise; rounded values repeat, but do not fall
 FALLING = 0.03
-#: a travel has come back within this share of its way, where that is this multiple of its noise
+#: a travel has returned within this share of its range, if the range is this multiple of its noise
 ENDED, CLEAR = 0.1, 20.0
 #: a number, also with its unit
 _STATED = re.compile(r"[+-]?\d[\d.,]*\s?\D{0,8}")
 #: roles of which a specimen has one
 LEADING = ("force", "pressure", "coefficient", "overhang")
-#: columns without names up to which their roles are guessed
+#: number of unnamed columns up to which roles are guessed
 FEW = 20
 
 
 def noise(values: Array) -> float:
-    """Standard deviation of the noise of ``values`` (n,) by their second differences; none where they hardly fall."""
+    """Standard deviation of the noise of ``values`` (n,) by second differences; 0 if they hardly ever fall."""
     with np.errstate(over="ignore", invalid="ignore"):
         if len(values) < 8 or np.count_nonzero(np.diff(values) < 0.0) < FALLING * len(values):
             return 0.0
@@ -47,9 +48,9 @@ def noise(values: Array) -> float:
 
 @dataclass(frozen=True)
 class Given:
-    """Format, conditions by key, and how sign, preload and zero are meant; ``None``: not stated.
+    """Options of the user on format, conditions by key, and meaning of the curve; ``None``: not stated.
 
-    ``columns`` are the roles of all columns in their order, ``named`` those of columns by their names in lower case.
+    ``columns`` are the roles of all columns in order, ``named`` those of columns by their names in lower case.
     """
 
     decimal: str | None = None
@@ -67,9 +68,8 @@ class Given:
 
 @dataclass
 class LabTable:
-    """One table at ``place``: ``names`` at ``line`` with the ``units`` below, rows of numbers, rows above as ``head``.
-
-    ``roles`` are those of the columns, ``count`` its specimens, ``notes`` say what was left out.
+    """One table at ``place``: column ``names`` and ``roles`` at ``line``, ``units`` below, rows of numbers, rows above
+    as ``head``, the ``count`` of specimens and ``notes`` on skipped rows.
     """
 
     place: str
@@ -85,11 +85,11 @@ class LabTable:
 
     @property
     def where(self) -> str:
-        """File and line of the names or of the units below them."""
+        """File and line of the column names, or of the units below them."""
         return f"{self.place}:{self.line}"
 
     def numbers(self, which: Sequence[int]) -> Array:
-        """The columns ``which`` (n, columns), nan where a cell is empty; raises :class:`InputError` for a text."""
+        """Read the columns ``which`` (n, columns), nan for empty cells; raises :class:`InputError` for a text."""
         values = np.full((len(self.body), len(which)), np.nan)
         for at, (line, row) in enumerate(self.body):
             for place, column in enumerate(which):
@@ -102,33 +102,31 @@ class LabTable:
         return [k for k, role in enumerate(self.roles) if role in roles]
 
     def unit(self, column: int, units: Mapping[str, float]) -> str:
-        """Unit of a column; raises :class:`InputError` for one that is not of ``units``."""
+        """Unit of a column; raises :class:`InputError` for one that is not in ``units``."""
         return lab_units.stated(self.names[column], self.units[column], units, self.where)
 
 
-def read_tables(
-    path: Path, given: Given, wanted: Wanted, words: str, own: tuple[str, ...] = ()
-) -> list[LabTable]:  # fmt: skip
-    """Tables of a file whose columns have a role of each of ``wanted``, which ``words`` name; of ``own`` tests."""
+def read_tables(path: Path, given: Given, wanted: Wanted, words: str, own: tuple[str, ...]) -> list[LabTable]:
+    """Read the tables of a file with a column of each of the ``wanted`` roles, named by ``words``, of ``own`` tests."""
     sheets = read_sheets(path, given.delimiter)
     found: list[LabTable] = []
     others: list[Row] = []
     for sheet, rows in sheets:
-        tables = _tables_in(rows, f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path), given, wanted)
+        tables = _find_tables(rows, f"{path}, sheet {sheet!r}" if len(sheets) > 1 else str(path), given, wanted)
         found += tables
         others += [] if tables else rows
     for k, table in enumerate(found):
-        table.head = table.head + others + _stated_in_columns(table.head + others, k, len(found))
+        table.head = table.head + others + _conditions_in_columns(table.head + others, k, len(found))
         _refuse_foreign(path, table.head, table.names, own)
         table.mark = given.decimal or decimal_mark(path, [cell for _, row in table.body for cell in row])
     if not found:
         _refuse_foreign(path, others, [], own)
-        raise _no_names(str(path), others, wanted, words, given)
+        raise _missing_names_error(str(path), others, wanted, words, given)
     return found
 
 
-def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
-    """Roles of columns: those that the user names, and no other of such a role, or else by the table of names."""
+def _find_roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
+    """Roles of columns: stated by the user, with no other column of that role, else by the table of names."""
     found = []
     for name, below in zip(names, units, strict=True):
         bare = re.split(r"[\[(]", name)[0].strip().lower()
@@ -148,28 +146,30 @@ def _roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str
     return ["result" if k in left and role in beside else role for k, role in enumerate(found)]
 
 
-def _lacking(roles: Sequence[str], wanted: Wanted) -> list[str]:
-    """Name, for each of ``wanted`` that no column has, the role that one without a name most likely has."""
+def _missing_roles(roles: Sequence[str], wanted: Wanted) -> list[str]:
+    """Return the most likely role for each of ``wanted`` that no column has."""
     return ["travel" if "travel" in some else some[0] for some in wanted if not set(some) & set(roles)]
 
 
-def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> list[LabTable]:
-    rows = _with_names(rows, given.columns, place) if given.columns else rows
+def _find_tables(rows: list[Row], place: str, given: Given, wanted: Wanted) -> list[LabTable]:
+    rows = _insert_names(rows, given.columns, place) if given.columns else rows
     found: list[LabTable] = []
     k = end = 0
 
     def names_all(cells: list[str]) -> bool:
         texts = [cell for cell in cells if cell and not NUMBER.match(cell)]
-        return 2 * len(texts) > sum(map(bool, cells)) and not _lacking(_roles(cells, [""] * len(cells), given), wanted)
+        return 2 * len(texts) > sum(map(bool, cells)) and not _missing_roles(
+            _find_roles(cells, [""] * len(cells), given), wanted
+        )
 
     while k < len(rows):
         names = rows[k][1]
         if not names_all(names):
             k += 1
             continue
-        first, units, line = _units_below(rows, k)
-        roles = _roles(names, units, given)
-        if _lacking(roles, wanted):
+        first, units, line = _find_units(rows, k)
+        roles = _find_roles(names, units, given)
+        if _missing_roles(roles, wanted):
             for name, below in zip(names, units, strict=True):  # of a wanted name, and a unit of another quantity?
                 _, role = lab_units.role(name, below)
                 if role in ("force", "overhang", "thickness", "pressure") and role in sum(wanted, ()):
@@ -181,38 +181,38 @@ def _tables_in(rows: list[Row], place: str, given: Given, wanted: Wanted) -> lis
         own = {cells[0] for _, cells in rows[end:k] if len(cells) > 1}
         shared = found[0].head if found else []
         head = [*(row for row in shared if row[1][0] not in own), *rows[end:k]][-MAX_HEAD:]
-        blocks, k, notes = _blocks(rows, first, needed, names_all)
+        blocks, k, notes = _split_blocks(rows, first, needed, names_all)
         last = blocks[-1][-1][0] if blocks[-1] else line
         end = next((n for n in range(first, k) if rows[n][0] > last), k)
         for block in blocks:
             table = LabTable(place, head, line, names, units, block, ".", roles, notes)
-            for at, cells in block:  # a number torn at its own decimal comma would be read as two
+            for at, cells in block:  # a number split at its decimal comma would be read as two
                 if any(cells[len(names) :]):
                     message = f"{place}:{at}: {len(cells)} cells below {len(names)} columns"
-                    raise InputError(f"{message}: is the delimiter also the decimal mark?")
-            if found and found[-1].names == names and _goes_on(found[-1], table):
+                    raise InputError(f"{message}; export with a delimiter that is not the decimal mark")
+            if found and found[-1].names == names and _continues(found[-1], table):
                 found[-1].body += block
             else:
                 found.append(table)
     longest = max((len(table.body) for table in found), default=0)
     names = next((table.names for table in found if len(table.body) == longest), [])
     kept = [table for table in found if table.names == names and (len(table.body) > 1 or longest < SHORT)]
-    return [part for table in kept for part in _by_specimen(table)] if len(wanted) > 1 else kept
+    return [part for table in kept for part in _split_by_specimen(table)] if len(wanted) > 1 else kept
 
 
-def _by_specimen(table: LabTable) -> list[LabTable]:
-    """Recordings that stand below each other in ``table``, where a column names their specimens."""
+def _split_by_specimen(table: LabTable) -> list[LabTable]:
+    """Split a ``table`` whose recordings follow each other, if a column names their specimens."""
     for k in table.having("specimen"):
         labels = [cells[k] if k < len(cells) else "" for _, cells in table.body]
         starts = [0, *(row for row, (one, other) in enumerate(pairwise(labels), 1) if one != other), len(labels)]
         parts = [replace(table, body=table.body[start:end]) for start, end in pairwise(starts)]
-        if all(len(part.body) > 2 for part in parts) and not any(_goes_on(*two) for two in pairwise(parts)):
+        if all(len(part.body) > 2 for part in parts) and not any(_continues(*two) for two in pairwise(parts)):
             return parts
     return [table]
 
 
-def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
-    """Row of the first numbers below the names in row ``k``, their units, and the line of units or names."""
+def _find_units(rows: list[Row], k: int) -> tuple[int, list[str], int]:
+    """Find the row of the first numbers below the names in row ``k``, the units, and the line of units or names."""
     line, names = rows[k]
     below: list[tuple[int, int]] = []
     for at in range(k + 1, min(k + 4, len(rows))):
@@ -227,10 +227,10 @@ def _units_below(rows: list[Row], k: int) -> tuple[int, list[str], int]:
     return max(b for _, b in below) + 1, (rows[at][1] + [""] * len(names))[: len(names)], rows[at][0]
 
 
-def _blocks(
+def _split_blocks(
     rows: list[Row], first: int, needed: list[int], names_all: Callable[[list[str]], bool]
 ) -> tuple[list[list[Row]], int, list[str]]:
-    """Rows of numbers from ``first`` on, parted by gaps and texts; the row after them; notes on rows left out."""
+    """Split rows from ``first`` on at gaps and texts; returns blocks, the row after them, and notes on skipped rows."""
     blocks: list[list[Row]] = [[]]
     left: list[Row] = []
     ended, k = False, first
@@ -257,16 +257,13 @@ def _blocks(
     for block in blocks if 0 in needed else ():  # labels below the last row of numbers
         while len(block) > 1 < len(block[-1][1]) and has_number(cell := block[-1][1][0]) and not NUMBER.match(cell):
             left.append(block.pop())
-    notes = [f"line {line} left out: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
-    more = [f"{len(notes) - 3} more line{'s' * (len(notes) > 4)} left out"] if len(notes) > 3 else []
+    notes = [f"line {line} skipped: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
+    more = [f"{len(notes) - 3} more line{'s' * (len(notes) > 4)} skipped"] if len(notes) > 3 else []
     return [block for block in blocks if block] or [[]], k, notes[:3] + more
 
 
-def _goes_on(one: LabTable, other: LabTable) -> bool:
-    """Tell whether ``other`` is a further block of the same recording: its time, or else its travel, goes on.
-
-    A travel that has come back has ended.
-    """
+def _continues(one: LabTable, other: LabTable) -> bool:
+    """Return whether ``other`` continues the recording ``one`` by time or travel; a travel that returned has ended."""
     moves = one.having("time") + one.having("travel", "extensometer", "angle", "pressure")
     rows = [*one.body[:: len(one.body) // 500 + 1], one.body[-1], other.body[0]] if one.body and other.body else []
     cells = [cells[moves[0]] if moves[0] < len(cells) else "" for _, cells in rows] if moves else []
@@ -279,28 +276,27 @@ def _goes_on(one: LabTable, other: LabTable) -> bool:
     return bool(abs(then - last) <= abs(then - start)) and not (way > 0.0 and ended)
 
 
-def _first_numbers(rows: list[Row]) -> int | None:
-    """The first row of several numbers."""
+def _find_numbers(rows: list[Row]) -> int | None:
     return next((k for k, (_, c) in enumerate(rows) if len(c) > 1 and all(NUMBER.match(x) for x in c if x)), None)
 
 
-def _with_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
-    """``rows`` with the names that the user gave above the numbers, in place of those in the file."""
-    first = _first_numbers(rows)
+def _insert_names(rows: list[Row], columns: Sequence[str], place: str) -> list[Row]:
+    """Insert the column names of the user above the numbers."""
+    first = _find_numbers(rows)
     if first is None:
-        raise InputError(f"{place}: --columns: no row of numbers in the file")
+        raise InputError(f"{place}: --columns: the file has no row of numbers")
     line, cells = rows[first]
     if len(cells) != len(columns):
         raise InputError(
-            f"{place}:{line}: --columns names {len(columns)} columns, the row has {len(cells)}: name each in its "
-            "order, '-' for one that is not needed"
+            f"{place}:{line}: --columns names {len(columns)} columns, but the row has {len(cells)}; name all in their "
+            "order, with '-' for one that is not needed"
         )
     names: Row = (line, [f"column {k + 1}" if name in ("", "-") else name for k, name in enumerate(columns)])
     return [*rows[:first], names, *rows[first:]]
 
 
 def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: tuple[str, ...]) -> None:
-    """Raise :class:`InputError` for a file whose title, columns or name say that it is of another test."""
+    """Raise :class:`InputError` if title, columns or name of a file name another test."""
     texts = [path.stem, *names]
     for _, cells in head[:MAX_HEAD]:
         filled = [cell for cell in cells if cell]
@@ -311,15 +307,12 @@ def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: 
         texts += [cell for cell in filled if len(filled) > 3 and not NUMBER.match(cell)]
     if other := lab_units.foreign(texts, own):
         kind, text = other
-        raise InputError(
-            f"{path}: {shown(text)} says that this is a test of {kind}, which is not the test asked for: leave the "
-            "file out, or correct what it says"
-        )
+        raise InputError(f"{path}: {shown(text)} names another test ({kind}); remove the file, or correct this text")
 
 
-def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
-    """The refusal of a file without names, with the option that names its columns ready to use."""
-    at, message = _first_numbers(rows), f"{path}: no row names {words}"
+def _missing_names_error(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
+    """Error for a file without known column names, with the option that states their roles."""
+    at, message = _find_numbers(rows), f"{path}: no header row names {words}"
     if at is None:
         return InputError(message)
     line, cells = rows[at]
@@ -330,33 +323,35 @@ def _no_names(path: str, rows: list[Row], wanted: Wanted, words: str, given: Giv
     if not above:
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
         few = len(cells) <= FEW
-        guess = ",".join(_guessed(block, _lacking([], wanted))) if few else "with a name for each"
-        return InputError(f"{message}: line {line} has numbers without names: give --columns {guess}, in their order")
+        guess = ",".join(_guess_roles(block, _missing_roles([], wanted))) if few else "NAME,NAME,..."
+        return InputError(f"{message}; line {line} has numbers without names: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
-    roles = dict(zip(names, _roles(names, [""] * len(names), given), strict=True))
-    lacking = _lacking(list(roles.values()), wanted)
+    roles = dict(zip(names, _find_roles(names, [""] * len(names), given), strict=True))
+    lacking = _missing_roles(list(roles.values()), wanted)
     units = dict(zip(above[0][1], above[1][1] if len(above) > 1 else [], strict=False))
     free = sorted((n for n, role in roles.items() if role not in sum(wanted, ())), key=lambda n: bool(roles[n]))
-    fitting = [min(free, key=lambda n: _unfit(role, n, units.get(n, "")), default="") for role in lacking]
+
+    def misfit(name: str, role: str) -> tuple[bool, bool]:  # a name in another unit fits best, then a unit
+        below = units.get(name, "")
+        return lab_units.role(name, below)[1] != role, not lab_units.may_be(role, name, below)
+
+    fitting = [min(free, key=partial(misfit, role=role), default="") for role in lacking]
     free = list(filter(None, dict.fromkeys([*fitting, *free])))
     if lacking == ["overhang"]:  # all of them are readings of a strip
         lacking *= sum(not roles[name] for name in free) or 1
     lost = [name for name in given.named if name not in (n.lower() for n in names)]
     stress = next((name for name, role in roles.items() if role == "pressure" and "force" in lacking), "")
-    more = f"; {stress!r} is a stress, which is no force" if stress else ""
-    more += f"; --column names {lost[0]!r}, which is none of them" if lost else ""
+    more = f"; {stress!r} is a stress, not a force" if stress else ""
+    more += f"; --column names {lost[0]!r}, which the file does not have" if lost else ""
     options = " ".join(f'--column {role}="{name}"' for role, name in zip(lacking, free, strict=False))
     listed = ", ".join(map(repr, names[:12]))
-    return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: name them, such as {options}")
+    return InputError(
+        f"{message}; the columns in line {above[0][0]} are {listed}{more}: state their roles, such as {options}"
+    )
 
 
-def _unfit(role: str, name: str, below: str) -> tuple[bool, bool]:
-    """Order of columns for a ``role`` that is lacking: by its name in another unit, by its unit."""
-    return lab_units.role(name, below)[1] != role, not lab_units.may_be(role, name, below)
-
-
-def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
-    """Roles that the columns of numbers may have: equal steps are a time, what falls at last is the force."""
+def _guess_roles(rows: list[list[str]], needed: list[str]) -> list[str]:
+    """Guess the roles of columns of numbers: equal steps are a time, then the wanted roles by size."""
     mark = "," if any("," in cell for row in rows[:50] for cell in row) else "."
     columns = np.array([[number(cell, mark) for cell in row] for row in rows]).T
     names, size = ["-"] * len(columns), np.nan_to_num(np.abs(columns)).max(axis=1)
@@ -371,13 +366,13 @@ def _guessed(rows: list[list[str]], needed: list[str]) -> list[str]:
     return names
 
 
-def _stated_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
-    """Conditions in a table of results, as rows of label, number and unit; of ``count`` rows that ``number``."""
+def _conditions_in_columns(head: list[Row], number: int, count: int) -> list[Row]:
+    """Read conditions from a table of results as rows of label, number and unit; of ``count`` rows the ``number``."""
     found: list[Row] = []
     for (_, names), (k, _) in zip(head, enumerate(head), strict=True):
         if len([n for n in names if n]) < 2 or any(_STATED.fullmatch(n) for n in names):
             continue
-        first, units, _ = _units_below(head, k)
+        first, units, _ = _find_units(head, k)
         values = []
         for row in head[first:]:
             filled = [c for c, n in enumerate(names) if n and c < len(row[1]) and NUMBER.match(row[1][c])]

@@ -1,4 +1,4 @@
-"""The tests of a laboratory that can be imported: how each is read, shown, written and told from the others."""
+"""Laboratory tests that can be imported: how each is read, printed, written and recognised."""
 
 import json
 import re
@@ -20,25 +20,25 @@ from knittest.experiment.lab_table import Given
 
 #: fields of the rig, by test, from the statistics of an experiment by folder
 Rigs = dict[str, dict[str, Any]]
-#: options of the command that say how a curve is meant, by their names in ``Given``
+#: options of the command on the meaning of a curve, by their names in ``Given``
 SAID = ("sign", "zero", "preload", "faces", "clamped", "loading")
-#: rows of a file that may say what it is of
+#: rows of a file that may name its test
 _HEAD = 60
 SpecimenT = TypeVar("SpecimenT")
 HEAD = """\
-# Written by knittest data import, from the tests in this folder: a part of a fabric file.
+# Part of a fabric file, written by knittest data import from the tests in this folder.
 #   knittest new NAME --from FOLDER
-# starts a fabric from it. The next import here writes it anew: edit the fabric, not this file.
+# creates a fabric from it. The next import overwrites this file: edit the fabric instead.
 """
 
 
 @dataclass(frozen=True)
 class LabTest(Generic[SpecimenT]):
-    """``read`` a file into specimens, which ``evaluate`` turns into results that are shown and written.
+    """Functions to ``read`` a file into specimens and ``evaluate`` them to results.
 
-    ``conditions`` and ``options`` are those that a user may give. From the statistics of an import follow the fields of
-    its ``rig``, from these by direction those of ``more_rigs``, and those of the ``fabric``, with the folder that
-    files are named from. ``show`` are lines in place of those of the results; ``check`` may refuse to write them.
+    ``conditions`` and ``options`` are those of the command. The statistics of an import give the fields of its ``rig``,
+    ``more_rigs`` from these by direction, and, with the folder of the files, those of the ``fabric``. ``show`` writes
+    other lines than those of the results; ``check`` may raise an error before they are written.
     """
 
     name: str
@@ -53,12 +53,12 @@ class LabTest(Generic[SpecimenT]):
     check: Callable[[Path, Results], None] = lambda out, results: None
 
     def results(self, specimens: Sequence[SpecimenT], direction: str = "", files: Sequence[str] = ()) -> Results:
-        """Results of one series of ``specimens``; raises :class:`InputError` where they are not of one."""
+        """Results of ``specimens``; raises :class:`InputError` if they are not one series."""
         found, names = self.evaluate(specimens), [getattr(s, "name", "") for s in specimens]
         return replace(found, test=self.name, direction=direction, files=files, names=names)
 
     def rigs(self, tests: Tests) -> Rigs:
-        """Fields of rigs by test, and by direction where several have them."""
+        """Fields of rigs by test, and by direction if several have them."""
         each = {direction: self.rig(test) for direction, test in lab_results.of_directions(tests, self.name).items()}
         found = {
             d: {name: lab_units.plain(value) for name, value in fields.items()} for d, fields in each.items() if fields
@@ -68,7 +68,7 @@ class LabTest(Generic[SpecimenT]):
         return {self.name: dict(found) if len(found) > 1 else next(iter(found.values()))}
 
     def lines(self, specimens: Sequence[SpecimenT]) -> list[str]:
-        """The results with mean and sd, what they hang on, and notes on how the specimens were read, each once."""
+        """Lines with results, mean and sd, conditions, and notes on the reading of the specimens, each once."""
         found: dict[str, list[str]] = {}
         for s in specimens:
             for note in getattr(s, "notes", ()):
@@ -78,46 +78,40 @@ class LabTest(Generic[SpecimenT]):
         return [*own, *(who + note for who, note in zip(notes, found, strict=True))]
 
     def write(
-        self,
-        specimens: Sequence[SpecimenT],
-        out: Path,
-        direction: str | None,
-        files: Sequence[str],
+        self, specimens: Sequence[SpecimenT], out: Path, direction: str | None, files: Sequence[str],
         trusted: bool = False,
-    ) -> str:
-        """Write an experiment into ``out``; returns its variant. A direction that a file denies must be ``trusted``."""
+    ) -> str:  # fmt: skip
+        """Write an experiment into ``out``; returns its variant. A ``trusted`` direction may contradict a file."""
         directed = kinds()[self.name].directional
         if directed and not direction:
-            raise InputError(
-                f"--direction: missing: which yarn system runs along the strips, warp or weft? ({self.name})"
-            )
+            raise InputError(f"--direction: missing; state the yarns along the strips, warp or weft ({self.name})")
         if direction and not directed:
             raise self.useless("--direction")
         for said in (getattr(s, "said", None) for s in specimens if direction and not trusted):
             if said is not None and said.direction != direction:
                 raise InputError(
-                    f"{said.where} says {said.direction}, --direction says {direction}: which is it? --trust-direction "
-                    "goes by the option"
+                    f"{said.where} states {said.direction}, but --direction is {direction}; correct one, or give "
+                    "--trust-direction to use the option"
                 )
         results = self.results(specimens, direction or "", files)
         self.check(out, results)
         variant = lab_results.write_results(out, results)
         if not (out / lab_results.SOURCE_FILE).exists():
             write_atomic(out / lab_results.SOURCE_FILE, lab_results.source_text())
-        write_atomic(out / FABRIC, HEAD + "\n".join(_lines(fabric_part(out), "")) + "\n")
+        write_atomic(out / FABRIC, HEAD + "\n".join(_yaml_lines(fabric_part(out), "")) + "\n")
         return variant
 
     def useless(self, option: str) -> InputError:
-        """The refusal of an ``option`` that the test does not take."""
+        """Error for an ``option`` that the test does not take."""
         own = [*(what.option for what in self.conditions if what.option), *(f"--{name}" for name in self.options)]
-        return InputError(f"{option}: has no meaning for --test {self.name}; it takes {', '.join(own)}")
+        return InputError(f"{option}: not an option of --test {self.name}, which takes {', '.join(own)}")
 
 
 LAB_TESTS: Mapping[str, LabTest[Any]] = Parts(lambda kind: kind.load("laboratory"), "laboratory")
 
 
 def fabric_part(out: Path) -> dict[str, Any]:
-    """The fields of :class:`knittest.config.fabric.Fabric` that the imports in ``out`` give, in its order."""
+    """Fields of :class:`knittest.config.fabric.Fabric` from the imports in ``out``, in its order."""
     tests, place = lab_results.read_statistics(out), Path(*out.parts[1:]) if out.parts[:1] == ("data",) else out
     found: dict[str, Any] = {"experiment": place.as_posix(), "experiment_variant": out.resolve().name}
     macro: dict[str, Any] = {}
@@ -131,12 +125,12 @@ def fabric_part(out: Path) -> dict[str, Any]:
     return {name: found[name] for name in Fabric.model_fields if found.get(name)}
 
 
-def _lines(part: dict[str, Any], indent: str) -> list[str]:
-    """YAML of nested mappings; what has a value or a kind stands in one line, as in the shipped fabrics."""
+def _yaml_lines(part: dict[str, Any], indent: str) -> list[str]:
+    """YAML of nested mappings; entries with a value or a kind are one line, as in the shipped fabrics."""
     found = []
     for name, value in part.items():
         if isinstance(value, dict) and not {"value", "kind"} & set(value):
-            found += [f"{indent}{name}:", *_lines(value, indent + "  ")]
+            found += [f"{indent}{name}:", *_yaml_lines(value, indent + "  ")]
         else:
             text = re.sub(r'"(\w+)": ', r"\1: ", json.dumps(value, ensure_ascii=False))
             found.append(f"{indent}{name}: {text}")
@@ -149,7 +143,7 @@ def conditions() -> list[Condition]:
 
 
 def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> list[Any]:
-    """Specimens of ``test`` in ``files``; ``options`` are those of the command by name, ``None`` where not given."""
+    """Specimens of ``test`` in ``files``; ``options`` are those of the command by name, ``None`` if not given."""
     kind, stated = LAB_TESTS[test], {name: value for name, value in options.items() if value is not None}
     sizes = {what: stated[name] for what in conditions() if (name := what.option[2:].replace("-", "_")) in stated}
     said = {name: stated[name] for name in SAID if name in stated}
@@ -159,7 +153,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     given = Given(
         stated.get("decimal"), stated.get("delimiter"), sizes={what.key: value for what, value in sizes.items()},
         columns=tuple(name.strip() for name in stated["columns"].split(",")) if stated.get("columns") else (),
-        named=dict(_named(text) for text in stated.get("column", ())), **said,
+        named=dict(_parse_column(text) for text in stated.get("column", ())), **said,
     )  # fmt: skip
     found = []
     for path in files:
@@ -168,12 +162,12 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
         except InputError as error:  # of another test, by the head of the file or by its name?
             named = (name for name in LAB_TESTS if lab_units.matches(path.stem, "own_tests", name, "name"))
             other = looks_like(path, given.delimiter) or next(named, test)
-            hint = f"; or is it a {other} test? (--test {other})" if other != test else ""
+            hint = f"; for a {other} test, give --test {other}" if other != test else ""
             raise InputError(f"{error}{hint}") from None
     return found
 
 
-def _named(text: str) -> tuple[str, str]:
+def _parse_column(text: str) -> tuple[str, str]:
     """Name in lower case and role of a column in ``--column``."""
     role, equals, name = text.partition("=")
     role = {"strain": "extensometer"}.get(role.strip(), role.strip().replace("-", "_"))
@@ -184,7 +178,7 @@ def _named(text: str) -> tuple[str, str]:
 
 
 def looks_like(path: Path, delimiter: str | None = None) -> str:
-    """Name of the test that the head of the file ``path`` states, or what its columns are; empty if of none."""
+    """Name of the test by the head and the columns of the file ``path``; empty if unknown."""
     try:
         rows = read_rows(path, delimiter)[:_HEAD]
     except InputError:
@@ -194,10 +188,8 @@ def looks_like(path: Path, delimiter: str | None = None) -> str:
 
 
 def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None = None) -> str:
-    """``test`` as a user gave it, else the default; raises :class:`InputError` for a file that looks like another."""
+    """Return ``test`` or the default; raises :class:`InputError` for a file that looks like another test."""
     for path in files if test is None else ():
         if other := looks_like(path, delimiter):
-            raise InputError(
-                f"{path}: looks like a {other} test: give --test {other}, or --test {DEFAULT} if it is one"
-            )
+            raise InputError(f"{path}: looks like a {other} test; give --test {other}, or --test {DEFAULT}")
     return test or DEFAULT

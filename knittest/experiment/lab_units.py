@@ -1,4 +1,4 @@
-"""Names in machine files, in eight languages (the table ``lab_names.yaml``), and their units and numbers."""
+"""Recognise names in machine files, in eight languages (``lab_names.yaml``), and read units and numbers."""
 
 import re
 import unicodedata
@@ -15,7 +15,7 @@ from knittest.base.errors import InputError
 from knittest.base.units import ratios
 from knittest.config.yaml_loader import shown
 
-#: quantity -> unit -> factor to its first unit; columns have a quantity of the first six, conditions of any
+#: quantity -> unit -> factor to its first unit; columns have one of the first six quantities, conditions any
 QUANTITIES = {
     "force": ratios("N", "kN", "daN", "cN", "mN", "kgf", "lbf"), "length": ratios("mm", "cm", "m", "um", "inch"),
     "angle": ratios("deg", "rad"), "strain": ratios("%", "mm/mm", "um/m"),
@@ -24,14 +24,14 @@ QUANTITIES = {
     "mass per area": ratios("g/m2", "kg/m2", "g/cm2", "oz/yd2"),
     "yarns per length": {"yarn/100 mm": 1.0, "yarn/cm": 10.0, "yarn/inch": 100.0 / 25.4},
 }  # fmt: skip
-#: after these marks stands a unit; after an underscore, blank or comma only if it is a known one
+#: a unit follows these marks; after an underscore, blank or comma only a known unit counts
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)")
 _MARKED, _LAST_WORD = re.compile(r"(?:/|\bin\b)\s*(\S+)$"), re.compile(r"[_\s,]\s*([^_\s,]+)$")
-#: sets of characters, which stay as they are, and letters with a mark
+#: sets of characters, which remain unchanged, and accented letters
 _ACCENTED = re.compile(r"\[[^\]]*\]|[à-öø-żÀ-ÖØ-Ż]")
-#: characters of a name, so that a long one takes no quadratic time
+#: characters of a name that are searched, so that a long one takes no quadratic time
 LONGEST = 200
-#: digits and marks, whatever they mean; looks ahead for a digit, so that a long cell takes no quadratic time
+#: digits and marks of any meaning; looks ahead for a digit, so that a long cell takes no quadratic time
 NUMBER = re.compile(r"[+-]?(?=[.,]*\d)[\d.,]+(e[+-]?\d+)?$", re.I)
 #: decimal mark -> the number: thousands in groups of three or not at all
 _GROUPED = {
@@ -42,23 +42,23 @@ _GROUPED = {
 
 @lru_cache(1)
 def table() -> dict[str, Any]:
-    """The table of what machine files call things, ``lab_names.yaml``."""
+    """Return the table of names in machine files, ``lab_names.yaml``."""
     found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("lab_names.yaml").read_text(encoding="utf-8"))
     return found
 
 
 @lru_cache(512)
 def pattern(*path: str | int) -> re.Pattern[str]:
-    """The pattern at ``path`` in the table: that of all languages together, or none that ever matches."""
+    """Return the pattern at ``path`` in the table for all languages together; without one it never matches."""
     found: Any = table()
     for key in path:
         found = found.get(key, {}) if isinstance(found, dict) else found[key]
     text = "|".join(found.values()) if isinstance(found, dict) else found
-    return re.compile(_ACCENTED.sub(lambda letter: _with_and_without(letter[0]), text or "(?!)"), re.I)
+    return re.compile(_ACCENTED.sub(lambda letter: _accent_pattern(letter[0]), text or "(?!)"), re.I)
 
 
-def _with_and_without(letter: str) -> str:
-    """Pattern of a letter with its mark and without it, such as in 'Epaisseur', 'Pruefzeit' and 'Sila'."""
+def _accent_pattern(letter: str) -> str:
+    """Return a pattern of an accented letter that also matches plain text such as 'Epaisseur' and 'Pruefzeit'."""
     plain = {"ł": "l", "ß": "ss"}.get(letter, unicodedata.normalize("NFD", letter)[0])
     if letter.startswith("[") or plain == letter:
         return letter
@@ -66,24 +66,24 @@ def _with_and_without(letter: str) -> str:
 
 
 def matches(name: str, *path: str | int) -> bool:
-    """Tell whether the pattern at ``path`` in the table stands in ``name``."""
+    """Return whether ``name`` contains the pattern at ``path`` in the table."""
     return bool(pattern(*path).search(plainly(name)))
 
 
 def plainly(name: str) -> str:
-    """``name`` with blanks for underscores, cut to a bounded length."""
+    """Replace underscores by blanks and limit the length."""
     return name[:LONGEST].replace("_", " ")
 
 
 def is_statistic(cell: str) -> bool:
-    """Tell whether ``cell`` labels a row of statistics, such as a mean."""
+    """Return whether ``cell`` labels a row of statistics, such as a mean."""
     label = rf"\W*({pattern('statistics').pattern})\W*([\s(\[%].*)?"
     return len(cell) < LONGEST and bool(re.fullmatch(label, cell, re.I))
 
 
 @lru_cache(4096)
 def role(name: str, below: str = "") -> tuple[str, str]:
-    """First role that fits a column's ``name`` and the unit ``below``; or none, and one that the unit contradicts."""
+    """Return the first role that fits ``name`` and the unit ``below``; else none, and a role with another unit."""
     refused = ""
     for key in table()["columns"]:
         if matches(name, "columns", key, "any"):
@@ -94,14 +94,14 @@ def role(name: str, below: str = "") -> tuple[str, str]:
 
 
 def may_be(key: str, name: str, below: str) -> bool:
-    """Tell whether the unit of a column, if it states one, is one of the role ``key``."""
+    """Return whether the unit of a column, if stated, is one of the role ``key``."""
     own = [QUANTITIES[quantity] for quantity in table()["columns"][key].get("quantity", ())]
-    texts = [text for text in (_bare(below), *_bracketed(name)) if text not in ("", "MN", "ft")]
+    texts = [text for text in (_strip_brackets(below), *_texts_in_brackets(name)) if text not in ("", "MN", "ft")]
     return not own or all(any(known(text, units) for units in own) or not is_unit(text) for text in texts)
 
 
 def recognised(test: str, rows: list[list[str]]) -> bool:
-    """Tell whether texts in ``rows`` at the head of a file say that it is of the own ``test``."""
+    """Return whether the ``rows`` at the head of a file identify the knittest ``test``."""
     entry = table()["own_tests"].get(test, {})
     for row in rows:
         roles = {role(cell)[0] for cell in row} if "roles" in entry else set()
@@ -114,13 +114,13 @@ def recognised(test: str, rows: list[list[str]]) -> bool:
 
 
 def labels(condition: str, cell: str, tier: int = 0) -> bool:
-    """Tell whether ``cell`` names a ``condition`` by a label of rank ``tier``."""
+    """Return whether ``cell`` names a ``condition`` by a label of rank ``tier``."""
     path = ("conditions", condition)
     return matches(cell, *path, "tiers", tier) and not matches(cell, *path, "none")
 
 
 def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
-    """Another kind of test than those of ``own`` that one of ``texts`` names, and the text."""
+    """Return the kind of test named in ``texts`` that is not one of ``own``, and the text that names it."""
     for text in (text for text in texts if not matches(text, "no_test")):
         allowed = (*own, *(("compression",) if matches(text, "pull") else ()))
         for kind in table()["tests"]:
@@ -130,7 +130,7 @@ def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
 
 
 def count_known(text: str) -> int:
-    """Letters beyond ASCII among the first lines of ``text`` that belong to names of columns and conditions."""
+    """Count the letters beyond ASCII in known names of columns and conditions, in the first lines of ``text``."""
     lines = [line[:1000].replace("_", " ") for line in text[:20_000].splitlines()[:200] if not line.isascii()]
     known = [pattern("columns", key, "any") for key in table()["columns"]]
     for key, entry in table()["conditions"].items():
@@ -141,8 +141,7 @@ def count_known(text: str) -> int:
 
 
 @lru_cache(256)
-def _is_parsed(unit: str) -> bool:
-    """Tell whether pint understands ``unit``."""
+def _is_known_to_pint(unit: str) -> bool:
     if not re.fullmatch(r"[A-Za-z°%/*^.·\d\s]{1,12}", unit) or unit[:1].isdigit():
         return False
     import pint  # heavy, and of no use to a command that reads no file
@@ -154,18 +153,17 @@ def _is_parsed(unit: str) -> bool:
     return True
 
 
-def _bare(text: str) -> str:
+def _strip_brackets(text: str) -> str:
     return text.strip("[]() ")
 
 
-def _bracketed(name: str) -> list[str]:
-    """Texts in brackets, which can be nothing but units."""
+def _texts_in_brackets(name: str) -> list[str]:
     return [text for square, round_ in _BRACKETS.findall(name[-LONGEST:]) if (text := (square or round_).strip())]
 
 
 def known(text: str, units: Mapping[str, float]) -> str:
-    """The unit of ``units`` that ``text`` spells, in any case; ``""`` for none and for MN, which is not mN."""
-    text = base_units.plainly(_bare(text))
+    """Return the one of ``units`` that ``text`` spells, in any case; ``""`` for none, and for MN (not mN)."""
+    text = base_units.plainly(_strip_brackets(text))
     text = table()["units"].get(text.lower(), text)
     if text == "1" and "mm/mm" in units:
         return "mm/mm"
@@ -173,30 +171,34 @@ def known(text: str, units: Mapping[str, float]) -> str:
 
 
 def is_unit(text: str) -> bool:
-    """Tell whether a cell is a unit, of whatever quantity, or empty."""
-    text = _bare(text)
-    return not text or any(known(text, q) for q in QUANTITIES.values()) or _is_parsed(table()["units"].get(text, text))
+    """Return whether a cell is a unit of any quantity, or empty."""
+    text = _strip_brackets(text)
+    return (
+        not text
+        or any(known(text, q) for q in QUANTITIES.values())
+        or _is_known_to_pint(table()["units"].get(text, text))
+    )
 
 
 def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str:
-    """Unit in the name of a column or in the cell ``below`` it; ``""`` for none; :class:`InputError` if not known."""
+    """Return the unit in the name of a column or in the cell ``below``; ``""`` for none; InputError if unknown."""
     bare = _BRACKETS.sub("", name[-LONGEST:]).strip()
-    marked = [*_bracketed(name), *_MARKED.findall(bare)]
+    marked = [*_texts_in_brackets(name), *_MARKED.findall(bare)]
     places = [*marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
     in_name = next((p for p in places if known(p, units)), next(filter(None, marked), ""))
     if known(below, units) and not is_unit(in_name):  # a channel, such as that of 'Tensile strain (Strain 1)'
         in_name = ""
-    for text in (_bare(below), in_name):
+    for text in (_strip_brackets(below), in_name):
         if text and not known(text, units):
-            raise InputError(f"{where}: column {name!r}: unit {text!r}: expected one of {', '.join(units)}")
+            raise InputError(f"{where}: column {name!r} has the unit {text!r}; expected one of {', '.join(units)}")
     above, beneath = known(in_name, units), known(below, units)
     if above and beneath and above != beneath:
-        raise InputError(f"{where}: column {name!r}: the row below says {below!r}: which unit is it?")
+        raise InputError(f"{where}: column {name!r}: the row below states another unit, {below!r}; keep the right one")
     return beneath or above
 
 
 def decimal_mark(path: object, cells: Sequence[str]) -> str:
-    """The decimal mark of an export; refuses to guess when every number could be in thousands."""
+    """Find the decimal mark; raises :class:`InputError` if every mark may separate thousands."""
     numbers = [c for c in cells if ("." in c or "," in c) and any(mark.fullmatch(c) for mark in _GROUPED.values())]
     for mark, other in ((",", "."), (".", ",")):
         if any(other in c and mark in c and c.rindex(mark) > c.rindex(other) for c in numbers):
@@ -204,21 +206,22 @@ def decimal_mark(path: object, cells: Sequence[str]) -> str:
     thousands = {m: re.compile(rf"[+-]?[1-9]\d{{0,2}}(\{m}\d{{3}})+") for m in ".,"}
     sure = {m for m in ".," if any(m in c and not thousands[m].fullmatch(c) for c in numbers)}
     if len(sure) == 2:
-        raise InputError(f"{path}: both '.' and ',' appear as decimal marks; say which with --decimal")
+        raise InputError(f"{path}: '.' and ',' both occur as decimal marks; state the right one with --decimal")
     if numbers and not sure:
         raise InputError(
-            f"{path}: {shown(numbers[0])} could be a thousand or a decimal; say which with --decimal . or --decimal ,"
+            f"{path}: {shown(numbers[0])} may contain a thousands separator or a decimal mark; state the decimal mark "
+            "with --decimal . or --decimal ,"
         )
     return sure.pop() if sure else "."
 
 
 def has_number(cell: str) -> bool:
-    """Tell whether a cell of a column of numbers is not empty, nor marked so."""
+    """Return whether a cell of a column of numbers is neither empty nor marked as empty."""
     return bool(NUMBER.match(cell)) or cell.lower() not in table()["empty"]
 
 
 def read_number(path: object, line: int, cell: str, mark: str) -> float:
-    """The number in ``cell`` of line ``line``; raises :class:`InputError`."""
+    """Return the number in ``cell``; raises :class:`InputError` with the line for anything else."""
     value = number(cell, mark)
     if not isfinite(value):
         expected = "a finite number" if isinf(value) else f"a number with decimal mark {mark!r}"
@@ -227,12 +230,12 @@ def read_number(path: object, line: int, cell: str, mark: str) -> float:
 
 
 def number(cell: str, mark: str) -> float:
-    """The number in ``cell``, nan for what is none with decimal mark ``mark``."""
+    """Return the number in ``cell``; nan for what is no number with decimal mark ``mark``."""
     if not NUMBER.match(cell) or not _GROUPED[mark].fullmatch(cell):
         return nan
     return float(cell.replace("." if mark == "," else ",", "").replace(mark, "."))
 
 
 def plain(value: float) -> float:
-    """``value`` to six digits, as files state it."""
+    """Round ``value`` to six digits, as in files."""
     return float(f"{value:.6g}")

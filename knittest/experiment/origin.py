@@ -1,4 +1,4 @@
-"""Origins of compared numbers: predicted, tuned, input or assumed, and the fabric that they were measured on."""
+"""Origin of compared numbers: predicted, tuned, input or assumed, and the fabric of the measurement."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ def borrowed(fabric: Fabric) -> dict[str, str]:
     """Name of the other fabric by field, ``macro.tension.warp`` for example, for each curve that states one."""
     linear = fabric.macro.shear is not None and fabric.macro.shear.kind == "linear"
     curves = {name: text for name, text in fabric.macro.curve_files.items() if not (linear and name == "shear")}
-    owners = {f"macro.{name}": stated_fabric(data_dir() / text) for name, text in curves.items()}
+    owners = {f"macro.{name}": _stated_fabric(data_dir() / text) for name, text in curves.items()}
     return {field: owner for field, owner in owners.items() if owner not in ("", fabric.name)}
 
 
@@ -39,8 +39,8 @@ def owner_of(fabric: Fabric, field: str) -> str:
     return borrowed(fabric).get(field, "")
 
 
-def stated_fabric(path: Path) -> str:
-    """Fabric that the ``# fabric:`` line in the head of a curve names; empty without one or where it cannot be read."""
+def _stated_fabric(path: Path) -> str:
+    """Return the fabric in the ``# fabric:`` line of a curve; empty if there is none or it cannot be read."""
     try:
         lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
     except (InputError, UnicodeDecodeError):
@@ -56,9 +56,7 @@ DEFAULT_FRICTION_OF = "pham2019"
 
 
 def assumed_friction(run: Run) -> tuple[str, ...]:
-    """Coefficients of the rig of ``run`` that were measured in the other direction alone, or are the defaults: those of
-    the paper's fabrics, assumed for all others. Empty of a test without.
-    """
+    """Friction coefficients of ``run`` that are assumed: measured in the other direction only, or the defaults."""
     fabric, kind = run.fabric, run.rig.kind
     own = own_fields(fabric.rigs.get(kind, {}), kind, run.direction)
     other = taken_over(fabric, kind, run.direction)
@@ -69,7 +67,7 @@ def assumed_friction(run: Run) -> tuple[str, ...]:
         if name in other and value == own_value(fabric, kind, own[name]):
             reasons.setdefault(f"as {other[name]}, the only direction tested", []).append(f"rig.{name}")
         elif value == type(run.rig).model_fields[name].default and name not in own and not papers:
-            reasons.setdefault(f"the default, that of {DEFAULT_FRICTION_OF}", []).append(f"rig.{name}")
+            reasons.setdefault(f"default, measured on the fabrics of {DEFAULT_FRICTION_OF}", []).append(f"rig.{name}")
     return tuple(f"{' and '.join(fields)} ({reason})" for reason, fields in reasons.items())
 
 
@@ -78,31 +76,31 @@ RunT = TypeVar("RunT", bound=Run)
 
 
 class Origin(Generic[RunT]):
-    """Origin of the rows of a test; of one that says nothing else: nothing but the numbers of the fabric is given."""
+    """Origin of the rows of a test; by default only the numbers of the fabric are inputs."""
 
     def given(self, run: RunT) -> tuple[str, ...]:
-        """Results of ``run`` that were given to it as such: nothing computes them."""
+        """Results of ``run`` that are inputs and not computed."""
         return ()
 
     def fed(self, run: RunT) -> RowKind:
-        """Kind of the rows of a ``run`` at a scale that returns what it was fed."""
+        """Kind of the rows of a ``run`` that returns its input."""
         return "input"
 
     def assumed(self, run: RunT) -> tuple[str, ...]:
-        """Fields that decide the rows of ``run`` and are assumed, or another fabric's, which is then named."""
+        """Fields that decide the rows of ``run`` and are assumed, or taken from another fabric, which is named."""
         return guessed(run.fabric, deciding(run))
 
     def gave(self, run: RunT, path: Path) -> str:
-        """Part of the curve in ``path`` that ``run`` was given, besides the curves of its shells; empty if none."""
+        """Part of the curve in ``path`` that is an input of ``run``, besides its macro curves; empty if none."""
         return ""
 
 
-#: of every test; each takes runs of its own kind, which only their name tells
+#: origin by test; each takes runs of its own kind
 ORIGINS: Mapping[str, Origin[Any]] = Parts(lambda kind: kind.load("origin")() if kind.origin else Origin())
 
 
 def guessed(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
-    """Assumed ones of ``fields`` of ``fabric``, and those of another fabric, which is then named."""
+    """Fields of ``fabric`` that are assumed, or taken from another fabric, which is named."""
     owners = borrowed(fabric)
     found = []
     for field in fields:
@@ -122,16 +120,15 @@ OTHER_NAMES: Mapping[str, str] = Joined("other_names")
 def row_kind(run: Run, quantity: str) -> RowKind:
     """Kind of ``quantity`` in the direction of ``run``.
 
-    ``tuned``: a number of the fabric was fitted to the row, or chosen with it in view. ``input``: the model was given
-    the row and returns it, as shells return their curves, and faces their friction. ``assumed``: what it was given, or
-    every number that decides the row, is assumed or another fabric's. Bending follows from the overhang by Eq. 2: an
-    overhang that is found again is tuned, one that is given an input, whatever else is assumed. Rows of shells whose
-    card was derived from the yarns are worth what their yarns are.
+    ``tuned``: a number of the fabric was fitted to the row or selected with it. ``input``: the row is an input that the
+    model returns, such as macro curves and friction. ``assumed``: the input, or all numbers that decide the row, are
+    assumed or taken from another fabric. Bending follows from the overhang by Eq. 2: an overhang that is found again is
+    tuned, a given one is an input. Macro rows of a derived material card have the kind of their meso inputs.
     """
     origin, run = ORIGINS[run.rig.kind], by_its_yarns(run)
     if quantity in origin.given(run):
         return "input"
-    if _names_row(run.fabric, run.model.scale, run.direction, quantity):
+    if tuning_labels(run.fabric, run.model.scale, run.direction, quantity):
         return "tuned"
     unknown = origin.assumed(run)
     if is_fed(run):
@@ -140,12 +137,12 @@ def row_kind(run: Run, quantity: str) -> RowKind:
 
 
 def given_results(run: Run) -> tuple[str, ...]:
-    """Results of ``run`` that were given to it as such: nothing computes them."""
+    """Results of ``run`` that are inputs and not computed."""
     return ORIGINS[run.rig.kind].given(run)
 
 
 def assumed_inputs(run: Run) -> tuple[str, ...]:
-    """Fields that decide the compared rows of ``run`` and are assumed, or another fabric's, which is then named."""
+    """Fields that decide the compared rows of ``run`` and are assumed, or taken from another fabric, which is named."""
     found, yarns = ORIGINS[run.rig.kind].assumed(run), by_its_yarns(run)
     if yarns is run:
         return found
@@ -153,14 +150,14 @@ def assumed_inputs(run: Run) -> tuple[str, ...]:
 
 
 def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:
-    """Kind of ``thickness_mm`` or ``area_mass_g_m2`` of the relaxed cell, which nothing is given."""
-    if _names_row(fabric, "meso", "", quantity):
+    """Kind of ``thickness_mm`` or ``area_mass_g_m2`` of the relaxed cell, which has no inputs."""
+    if tuning_labels(fabric, "meso", "", quantity):
         return "tuned"
     return "assumed" if len(cell_assumed_inputs(fabric, quantity)) == len(CELL[quantity]) else "predicted"
 
 
 def cell_assumed_inputs(fabric: Fabric, quantity: str) -> tuple[str, ...]:
-    """The same for ``quantity``, a row of the relaxed cell."""
+    """Fields that decide ``quantity`` of the relaxed cell and are assumed, or taken from another fabric."""
     return guessed(fabric, CELL[quantity])
 
 
@@ -175,28 +172,20 @@ def quantities(model: BaseModel) -> Iterator[Quantity]:
 
 
 def tuning_labels(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> list[str]:
-    """Rows and curves with ``quantity`` that numbers which ``scale`` reads were tuned on or chosen with in view."""
+    """Rows and curves with ``quantity`` that numbers read at ``scale`` were fitted to or selected with."""
     unread = YARN_LEVEL if scale == "macro" else ("macro",)
     read = fabric.model_copy(update=dict.fromkeys(unread))
+    names = [quantity, ROW_NAMES.get(quantity, ""), OTHER_NAMES.get(quantity, "")]
+    rows = [f"{direction} {name}".strip() for name in names if name]
+
+    def is_row(label: str) -> bool:  # or a curve of the direction, which contains its peak
+        own = label.removeprefix(f"V{fabric.experiment_variant} ")
+        return own in rows or own.startswith(f"{rows[0]} = ") or is_curve(own, direction)
+
     labels = dict.fromkeys(label for q in quantities(read) for label in (*q.tuned_on, *q.chosen_by))
-    return [label for label in labels if _is_row(label, fabric.experiment_variant, direction, quantity)]
+    return list(filter(is_row, labels))
 
 
 def is_curve(label: str, direction: str) -> bool:
-    """Tell whether ``label`` of a row or curve means a curve of ``direction``."""
+    """Return whether ``label`` of a row or curve names a curve of ``direction``."""
     return label.startswith(f"{direction} curve ".lstrip())
-
-
-def _names_row(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> bool:
-    return bool(tuning_labels(fabric, scale, direction, quantity))
-
-
-def _is_row(label: str, variant: str | None, direction: str, quantity: str) -> bool:
-    """Tell whether ``label`` means the row; one without a variant is of the fabric's own.
-
-    A curve of the direction has its peak in it, and a value given to a calibration is that of its row.
-    """
-    own = label.removeprefix(f"V{variant} ") if variant else label
-    names: Sequence[str] = [quantity, ROW_NAMES.get(quantity, ""), OTHER_NAMES.get(quantity, "")]
-    rows = [f"{direction} {name}".strip() for name in names if name]
-    return own in rows or own.startswith(f"{rows[0]} = ") or is_curve(own, direction)

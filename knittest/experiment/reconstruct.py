@@ -51,7 +51,7 @@ def text(variant: str, direction: str) -> str:
         f"# gauge_length_mm: {GAUGE:g}",
         "strain_pct,force_n_per_mm",
     ]
-    # all digits: of 0.001 N of the strip, whatever its width
+    # all digits, so that 0.001 N of the strip are kept for any width
     rows = [f"{e:.6f},{round(float(f), 3) / WIDTH!r}" for e, f in zip(*curve(variant, direction), strict=True)]
     return "\n".join([*head, *rows]) + "\n"
 

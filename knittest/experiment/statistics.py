@@ -11,7 +11,7 @@ from knittest.experiment.lab_recording import Origin
 
 Array = NDArray[np.float64]
 
-#: up to this many times the preload a curve is drawn as a line from the origin
+#: multiple of the preload up to which a curve is a line from the origin
 PRELOADS = 3.0
 
 
@@ -43,7 +43,7 @@ def peaks(specimens: Sequence[Specimen]) -> tuple[Array, Array]:
 
 
 def mean_sd(values: Array) -> tuple[float, float]:
-    """Mean and sample standard deviation, NaN for one value: one specimen says nothing of scatter.
+    """Mean and sample standard deviation, NaN for one value.
 
     >>> mean_sd(np.array([2.0, 4.0, 6.0]))
     (4.0, 2.0)
@@ -52,22 +52,19 @@ def mean_sd(values: Array) -> tuple[float, float]:
 
 
 def corridor(specimens: Sequence[Specimen], points: int = 201) -> Corridor:
-    """Corridor on a common grid up to the smallest strain at maximum force.
+    """Corridor on a common grid up to the smallest strain at maximum force, beyond which not all specimens count.
 
-    Beyond it fewer specimens than all would carry the mean, and a broken one would pull it down; the end points are
-    reported apart (:func:`peaks`). Raises :class:`InputError` when the specimens share no range.
+    :func:`peaks` gives the end points. Raises :class:`InputError` if the specimens have no common range.
     """
-    _, strain = peaks(specimens)
-    return band(
-        [(s.strain, s.force) for s in specimens], float(strain.min()), "strain up to their maximum forces", points
-    )
+    curves, end = [(s.strain, s.force) for s in specimens], float(peaks(specimens)[1].min())
+    return band(curves, end, "strain up to their maximum forces", points)
 
 
 def band(curves: Sequence[tuple[Array, Array]], end: float, common: str, points: int = 201) -> Corridor:
     """Corridor of ``curves`` (x, y) from the largest start to ``end``; ``common`` is what x is called in messages."""
     start = max(float(x[0]) for x, _ in curves)
     if not end > start:
-        raise InputError(f"the specimens share no range of {common}")
+        raise InputError(f"the specimens have no common range of {common}")
     return corridor_on(np.linspace(start, end, points), curves)
 
 
@@ -84,10 +81,7 @@ def corridor_on(grid: Array, curves: Sequence[tuple[Array, Array]]) -> Corridor:
 
 
 def mean_curve(specimens: Sequence[Specimen], points: int = 201) -> tuple[Array, Array]:
-    """Mean strain [%] and force [N], (points,), at equal shares of each specimen's strain at maximum force.
-
-    Ends at the mean strain and force of the maxima, where :func:`corridor` is cut off before.
-    """
+    """Mean strain [%] and force [N], (points,), at equal shares of each strain at maximum force, to the mean peak."""
     _, strain = peaks(specimens)
     share = np.linspace(max(s.strain[0] / end for s, end in zip(specimens, strain, strict=True)), 1.0, points)
     forces = [np.interp(share * end, s.strain, s.force) for s, end in zip(specimens, strain, strict=True)]
@@ -95,10 +89,10 @@ def mean_curve(specimens: Sequence[Specimen], points: int = 201) -> tuple[Array,
 
 
 def tension_curve(specimens: Sequence[Specimen]) -> tuple[Array, Array]:
-    """:func:`mean_curve` as a material can have it: from the origin, and rising all the way.
+    """:func:`mean_curve` as a material law: from the origin, and rising everywhere.
 
-    Where noise makes the mean fall, neighbours are pooled (isotonic regression). A preload, the force at the first
-    point, cannot belong to no strain: points of less than :data:`PRELOADS` times it give way to a line to the origin.
+    If noise makes the mean fall, neighbours are pooled (isotonic regression). A preload, the force at the first point,
+    has no strain: points below :data:`PRELOADS` times it are replaced by a line to the origin.
     """
     from scipy.optimize import isotonic_regression
 

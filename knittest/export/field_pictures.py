@@ -18,26 +18,26 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-#: share of the values that colours span [%]; arrows at the bar say that the few beyond have its last colours
+#: share of the values that colours span [%]; arrows at the bar mark values beyond
 SPANNED = 99.0
 #: points of the grid on which fields are compared, along their longer side
 GRID = 220
-#: a place is known where a value lies within this many spacings of it
+#: a place has a value if one lies within this many spacings of it
 NEAR = 1.6
 #: side of a panel, and what stands around the panels [inch]
 PANEL, LEFT, GAP, RIGHT, TOP, BETWEEN, BOTTOM = 3.1, 0.65, 0.15, 1.05, 0.45, 0.45, 0.75
-#: what is seen around the blanks [mm]
+#: margin around the blanks [mm]
 MARGIN = 4.0
-#: side of the square at a place over the spacing: shear draws places apart
+#: side of the square at a place over the spacing: shear moves places apart
 SQUARE = 1.25
 SIGNED, GROUND = "RdBu_r", "#d5d9de"
-#: characters of a line of the note, which has the room of a panel
+#: characters of a line of the note, which is as wide as a panel
 NOTE = 44
 
 
 @dataclass(frozen=True)
 class PlanField:
-    """``value`` (n,) at ``place`` (n, 2) [mm] of one run, and what the run is called."""
+    """Field of a run called ``name``: ``value`` (n,) at ``place`` (n, 2) [mm]."""
 
     name: str
     place: Array
@@ -50,17 +50,13 @@ class PlanField:
 
 
 def symmetric(values: Array, spanned: float = SPANNED) -> tuple["Normalize", str]:
-    """Colours about 0 that span ``spanned`` % of ``values`` (n,), and which ends of their bar are cut, as matplotlib
-    has it.
-    """
+    """Colours about 0 that span ``spanned`` % of ``values`` (n,), and the open ends of their bar for matplotlib."""
     from matplotlib.colors import Normalize
 
     known = values[np.isfinite(values)]
     most = max(float(np.percentile(np.abs(known), spanned)) if known.size else 0.0, 1e-9)
     over, under = bool((known > most).any()), bool((known < -most).any())
-    return Normalize(-most, most), {(True, True): "both", (True, False): "max", (False, True): "min"}.get(
-        (over, under), "neither"
-    )
+    return Normalize(-most, most), ("neither", "min", "max", "both")[2 * over + under]
 
 
 def fields_picture(path: Path, fields: Sequence[PlanField], *, title: str, label: str) -> None:
@@ -69,27 +65,28 @@ def fields_picture(path: Path, fields: Sequence[PlanField], *, title: str, label
 
 
 def fields_figure(fields: Sequence[PlanField], *, title: str, label: str) -> "Figure":
-    """``fields`` in a row on one scale about 0, and below it each less the first, on another.
-
-    Differences are at places in the plane, on a grid where both fields are known.
-    """
+    """Figure of ``fields`` in a row on one scale about 0, and of their differences to the first below, on another."""
     sheet = _Sheet(fields)
     sheet.figure.text(sheet.x(LEFT), 1.0 - sheet.y(0.3), title, fontsize=12, va="center")
     norm, cut = symmetric(np.concatenate([f.value for f in fields]))
     for column, field in enumerate(fields):
         axes = sheet.panel(0, column)
-        drawn = _draw(axes, field, norm)
+        drawn = _draw_field(axes, field, norm)
         axes.set_title(field.name, fontsize=9.5, loc="left")
     sheet.bar(drawn, 0, cut, label)
     if len(fields) > 1:
-        _differences(sheet, fields, label)
+        _draw_differences(sheet, fields, label)
     top = BOTTOM + sheet.tall if len(fields) > 1 else BOTTOM - 0.4
-    sheet.figure.text(sheet.x(0.2), sheet.y(top), _note(fields, cut), fontsize=8.5, color=GREY, va="top")
+    notes = [f"largest absolute values: {', '.join(f'{np.nanmax(np.abs(f.value)):.3g}' for f in fields)}"]
+    notes += [f"colours span {SPANNED:g} % of the values"] if cut != "neither" else []
+    notes += ["differences only where both blanks are present"] if len(fields) > 1 else []
+    note = "\n".join(textwrap.fill(one, NOTE) for one in notes)
+    sheet.figure.text(sheet.x(0.2), sheet.y(top), note, fontsize=8.5, color=GREY, va="top")
     return sheet.figure
 
 
 class _Sheet:
-    """A figure with a row of panels of one size, and below it another from the second on."""
+    """Figure with a row of panels of one size, and a second row below from the second panel on."""
 
     def __init__(self, fields: Sequence[PlanField]) -> None:
         self.low = np.min([f.place.min(axis=0) for f in fields], axis=0) - MARGIN
@@ -127,7 +124,7 @@ class _Sheet:
         self.figure.colorbar(drawn, cax=axes, extend=cut).set_label(text, fontsize=9)
 
 
-def _differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None:
+def _draw_differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None:
     step = float((sheet.high - sheet.low).max()) / GRID
     x, y = (np.arange(a + 0.5 * step, b, step) for a, b in zip(sheet.low, sheet.high, strict=True))
     first, *others = (on_grid(field, x, y) for field in fields)
@@ -138,21 +135,12 @@ def _differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None
         drawn = axes.imshow(
             one, origin="lower", extent=(x[0], x[-1], y[0], y[-1]), cmap=SIGNED, norm=norm, aspect="auto",
         )  # fmt: skip
-        told = f"less the first: mean {np.nanmean(one):+.2g}, rms {np.sqrt(np.nanmean(one**2)):.2g}"
-        axes.set_title(told, fontsize=9, loc="left")
+        title = f"minus the first: mean {np.nanmean(one):+.2g}, rms {np.sqrt(np.nanmean(one**2)):.2g}"
+        axes.set_title(title, fontsize=9, loc="left")
     sheet.bar(drawn, 1, cut, f"difference: {label}")
 
 
-def _note(fields: Sequence[PlanField], cut: str) -> str:
-    said = [f"largest, either sign: {', '.join(f'{np.nanmax(np.abs(f.value)):.3g}' for f in fields)}"]
-    if cut != "neither":
-        said.append(f"colours span {SPANNED:g} % of the values")
-    if len(fields) > 1:
-        said.append("differences: at places in the plane that both blanks cover")
-    return "\n".join(textwrap.fill(one, NOTE) for one in said)
-
-
-def _draw(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
+def _draw_field(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
     known = np.isfinite(field.value)
     side = 72.0 * PANEL * field.spacing / (axes.get_xlim()[1] - axes.get_xlim()[0])
     x, y = field.place[known].T
@@ -162,7 +150,7 @@ def _draw(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
 
 
 def on_grid(field: PlanField, x: Array, y: Array) -> Array:
-    """``field`` between its places on the grid of ``x`` (n,) and ``y`` (m,) [mm], (m, n); nan where none is near."""
+    """Interpolate ``field`` on the grid of ``x`` (n,) and ``y`` (m,) [mm]: (m, n); nan far from its places."""
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import cKDTree
 
@@ -185,22 +173,18 @@ def shear_field(
 
     ``norm`` of the colours ``cmap``; unless given, from the smallest to the largest value.
     """
+    from matplotlib.collections import PolyCollection
+
+    drawn: Collection
     if places.ndim == 3:
-        drawn: Collection = _patches(axes, places, value)
+        drawn = PolyCollection(list(places), array=value, edgecolors="face", linewidths=0.2)
+        axes.add_collection(drawn)
+        axes.autoscale_view()
     else:
         drawn = axes.scatter(places[:, 0], places[:, 1], c=value, s=POINT, linewidths=0)
     drawn.set_cmap(cmap)
     if norm is not None:
         drawn.set_norm(norm)
     axes.set_aspect("equal")
-    axes.set(xlabel="across the pull [mm]", ylabel="along the pull [mm]")
-    return drawn
-
-
-def _patches(axes: "Axes", places: Array, value: Array) -> "Collection":
-    from matplotlib.collections import PolyCollection
-
-    drawn = PolyCollection(list(places), array=value, edgecolors="face", linewidths=0.2)
-    axes.add_collection(drawn)
-    axes.autoscale_view()
+    axes.set(xlabel="across the load direction [mm]", ylabel="along the load direction [mm]")
     return drawn

@@ -1,4 +1,4 @@
-"""JSON that every parser reads, and checkpoint files: arrays with a checksum inside, written whole or not at all."""
+"""JSON for every parser, and checkpoint files: arrays with a checksum, written whole or not at all."""
 
 import json
 import math
@@ -28,7 +28,7 @@ def json_ready(value: object) -> Any:
 
 
 def json_text(value: object, indent: int | None = 2) -> str:
-    """``value`` as JSON text with a closing newline; raise ``TypeError`` for what JSON cannot hold."""
+    """Write ``value`` as JSON text with a closing newline; raises ``TypeError`` for types unknown to JSON."""
     return json.dumps(json_ready(value), indent=indent, allow_nan=False, ensure_ascii=True) + "\n"
 
 
@@ -39,9 +39,7 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
 
 
 def read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """The arrays of ``path``; raises :class:`Damaged` unless it is exactly what :func:`write_arrays` wrote, and
-    :class:`ResourceError` if it is not there.
-    """
+    """Read the arrays of ``path``; raises :class:`Damaged` or, for a missing file, :class:`ResourceError`."""
     try:
         content = path.read_bytes()
     except FileNotFoundError as error:

@@ -1,16 +1,15 @@
-"""The run folder: everything a run leaves behind, and a manifest that always says how it ended."""
+"""Run folder: all files of a run, and a manifest with its status."""
 
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from numpy.typing import ArrayLike
 
 from knittest.base.errors import KnittestError
 from knittest.base.files import resource_error, write_atomic
-from knittest.base.summary import Status, Summary
+from knittest.base.summary import Status
 from knittest.config.run import Run
 from knittest.export.files import json_text
 from knittest.export.lock import (
@@ -32,9 +31,9 @@ Columns = Mapping[str, ArrayLike]
 
 
 class RunFolder:
-    """A locked folder with a manifest; a context manager that ends the manifest with the right status.
+    """A locked folder with a manifest; a context manager that writes the final status.
 
-    Leaving the block without an exception completes the run (exit code 0) unless :meth:`finish` was called; a failed
+    Leaving the block without an exception completes the run (exit code 0) unless :meth:`finish` was called. A failed
     or interrupted run keeps no file that looks like a result.
     """
 
@@ -43,8 +42,12 @@ class RunFolder:
         self.frames = path / "frames"
         self._lock = lock
         self._manifest = manifest
-        #: why a dead run's folder was taken over, for the user; empty otherwise
-        self.notice = _notice(path, lock)
+        #: message to the user if the folder of a dead run was taken over
+        self.notice = ""
+        if lock.stale_owner is not None:
+            self.notice = (
+                f"{path}: the earlier run of {lock.stale_owner} ended without completing; its files were replaced"
+            )
 
     @classmethod
     def create(
@@ -81,7 +84,7 @@ class RunFolder:
     def reopen(
         cls, path: Path, lock: RunLock, manifest: dict[str, Any], *, threads: int, notes: dict[str, Any]
     ) -> Self:
-        """The folder of a run that did not complete, which goes on under ``lock``; ``notes`` go into its manifest."""
+        """Resume a run that did not complete, under ``lock``; ``notes`` go into its manifest."""
         folder = cls(path, lock, restarted_manifest(manifest, threads, notes))
         folder.notice = ""
         for name in (*files_of_incomplete_runs(), *results_of_runs()):
@@ -101,32 +104,12 @@ class RunFolder:
 
         return self.write_text(name, pd.DataFrame(dict(columns)).to_csv(index=False, float_format="%.10g"))
 
-    def write_curve(self, columns: Columns) -> Path:
-        """Write curve.csv, the rig's sampled channels (``History.curve``)."""
-        return self.write_table("curve.csv", columns)
-
-    def write_energies(self, columns: Columns) -> Path:
-        """Write energies.csv, energies and ratios by time (``History.energies``)."""
-        return self.write_table("energies.csv", columns)
-
-    def write_contacts(self, columns: Columns) -> Path:
-        """Write contacts.csv, penetration by time (``History.contacts``)."""
-        return self.write_table("contacts.csv", columns)
-
-    def write_yarns(self, columns: Columns) -> Path:
-        """Write yarns.csv, one row a yarn."""
-        return self.write_table("yarns.csv", columns)
-
-    def write_comparison(self, comparison: Mapping[str, object]) -> Path:
-        """Write comparison.json, the metrics for each reference."""
-        return self.write_text("comparison.json", json_text(comparison))
-
-    def write_summary(self, summary: Summary) -> Path:
-        """Write summary.json (see :func:`knittest.export.summary.build_summary`)."""
-        return self.write_text("summary.json", json_text(summary))
+    def write_json(self, name: str, content: Mapping[str, object]) -> Path:
+        """Write ``content`` as JSON."""
+        return self.write_text(name, json_text(content))
 
     def mark_incomplete(self, names: Iterable[str]) -> None:
-        """Rename those of the files ``names`` that are there, so that none looks like one of a completed run."""
+        """Rename those of the files ``names`` that exist, so that none looks like one of a completed run."""
         for name in names:
             with suppress(OSError):
                 (self.path / name).replace(self.path / incomplete(name))
@@ -142,15 +125,20 @@ class RunFolder:
             raise resource_error(path, error) from error
 
     def finish(self, status: Status, exit_code: int, message: str = "") -> None:
-        """End the run: sweep what must not look like a result, write the last manifest, free the lock."""
+        """End the run: remove or rename files that look like results, write the manifest, free the lock."""
         if status != "completed":
-            self._sweep()
+            for name in results_of_runs():
+                with suppress(OSError):
+                    (self.path / name).unlink(missing_ok=True)
+            self.mark_incomplete(tables_of_runs())
         self._manifest |= {"status": status, "ended": now(), "exit_code": exit_code, "message": message}
         self._lock.give_room()
         try:
             self._write_manifest()
             if status == "completed":
-                self._remove_checkpoints()
+                for path in [*self.path.glob(CHECKPOINTS), *self.path.glob(f".{CHECKPOINTS}")]:
+                    with suppress(OSError):
+                        path.unlink()
         finally:
             self._lock.release()
 
@@ -161,7 +149,7 @@ class RunFolder:
 
     @property
     def lock(self) -> int:
-        """File descriptor of the lock: a process that inherits it holds the folder as long as it lives."""
+        """File descriptor of the lock; a child process that inherits it keeps the folder locked."""
         return self._lock.descriptor
 
     @property
@@ -172,9 +160,7 @@ class RunFolder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
         if self.finished:
             return
         try:
@@ -186,25 +172,8 @@ class RunFolder:
 
     @property
     def forced(self) -> list[str]:
-        """Changes under which the run was gone on with by force."""
+        """Changes under which the run was resumed by force."""
         return [change for note in self._manifest.get("resumed", []) for change in note.get("forced", [])]
 
     def _write_manifest(self) -> None:
-        self.write_text("manifest.json", json_text(self._manifest))
-
-    def _remove_checkpoints(self) -> None:
-        for path in [*self.path.glob(CHECKPOINTS), *self.path.glob(f".{CHECKPOINTS}")]:
-            with suppress(OSError):
-                path.unlink()
-
-    def _sweep(self) -> None:
-        for name in results_of_runs():
-            with suppress(OSError):
-                (self.path / name).unlink(missing_ok=True)
-        self.mark_incomplete(tables_of_runs())
-
-
-def _notice(path: Path, lock: RunLock) -> str:
-    if lock.stale_owner is None:
-        return ""
-    return f"{path}: {lock.stale_owner} died without finishing here; its files were replaced"
+        self.write_json("manifest.json", self._manifest)

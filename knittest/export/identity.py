@@ -1,10 +1,11 @@
-"""Identity and origin of a run: versions, commit, hashes, machine, and how a checkpoint differs from now."""
+"""Identity and origin of a run: versions, commit, hashes, machine, and changes since a checkpoint."""
 
 import hashlib
 import os
 import platform
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -26,10 +27,8 @@ def library_versions() -> dict[str, str]:
     """Versions of Python and of the libraries that numbers or files depend on."""
     versions = {"python": platform.python_version()}
     for name in _LIBRARIES:
-        try:
+        with suppress(metadata.PackageNotFoundError):
             versions[name] = metadata.version(name)
-        except metadata.PackageNotFoundError:
-            continue
     return versions
 
 
@@ -47,14 +46,11 @@ def git_commit() -> str | None:
 
 
 def cpu_model() -> str:
-    """Name of the processor: the same bits are promised on one model only."""
-    try:
-        with Path("/proc/cpuinfo").open(encoding="utf-8", errors="replace") as lines:
-            for line in lines:
-                if line.lower().startswith("model name"):
-                    return line.partition(":")[2].strip()
-    except OSError:
-        pass
+    """Name of the processor; results are bitwise identical only on the same model."""
+    with suppress(OSError):
+        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines():
+            if line.lower().startswith("model name"):
+                return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
 
 
@@ -106,17 +102,14 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
 
 
 def cell_of(run: Run, compute: Callable[[], None] | None = None) -> str | None:
-    """Digest of the relaxed cell that the yarns of ``run`` are made of; None for shells.
-
-    ``compute`` is called before a cell is relaxed that was not before.
-    """
+    """Digest of the relaxed cell of a meso ``run``; None at macro scale. ``compute`` is called before a relaxation."""
     if run.model.scale == "macro":
         return None
     return cell_digest(relaxed_cell(run.fabric, compute))
 
 
 def data_files(run: Run) -> list[Path]:
-    """Files that the numbers of ``run`` come from besides its config: curves, tables of its experiment, tools."""
+    """Data files of ``run`` besides its config: curves, tables of its experiment, tools."""
     fabric, root = run.fabric, data_dir()
     curves = [root / name for name in fabric.macro.curve_files.values()]
     tables = sorted((root / fabric.experiment).glob("*.csv")) if fabric.experiment else []
@@ -125,9 +118,9 @@ def data_files(run: Run) -> list[Path]:
 
 
 def kernel_digest() -> str:
-    """Digest of the kernel sources that this process loaded; those on disk may have changed since.
+    """Digest of the kernel sources that this process loaded, which may have changed on disk since.
 
-    A process that compiles has other last bits than one that loads from the cache: without one, it says so.
+    It also states if there is no cache: freshly compiled kernels round differently in the last bits.
     """
     from knittest.kernels import CODE_FOLDER, SOURCE_DIGEST
 
@@ -135,11 +128,11 @@ def kernel_digest() -> str:
 
 
 def changes(before: Mapping[str, object], now: Mapping[str, object]) -> list[str]:
-    """Changes, one text each: ``solver.damping was 0.5, is 0.6``; empty when the bits must come out the same."""
+    """List the changes, such as ``solver.damping was 0.5, is 0.6``; empty if results must be bitwise identical."""
     old, new = (dict(_leaves({k: v for k, v in i.items() if k != "config_sha256"})) for i in (before, now))
     names = {k: k.removeprefix("config.") for k in sorted(old.keys() | new.keys())}
     return [
-        f"{name} was {old.get(key, 'not there')}, is {new.get(key, 'not there')}"
+        f"{name} was {old.get(key, 'missing')}, is {new.get(key, 'missing')}"
         for key, name in names.items()
         if old.get(key) != new.get(key) and name not in FREE
     ]

@@ -27,7 +27,7 @@ UNDER, TITLE = 0.135, 0.045
 
 @dataclass(frozen=True)
 class Line:
-    """A curve, (n,) each, and what the legend says of it; ``style`` as matplotlib's."""
+    """Curve, (n,) each, its label, and its ``style`` of matplotlib."""
 
     x: Array
     y: Array
@@ -37,7 +37,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Band:
-    """The area between two curves over x, (n,) each."""
+    """Area between two curves over x, (n,) each."""
 
     x: Array
     low: Array
@@ -47,7 +47,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of x that is marked, and why."""
+    """Marked range of x and its label."""
 
     low: float
     high: float
@@ -56,7 +56,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Level:
-    """A horizontal line."""
+    """Horizontal line."""
 
     value: float
     label: str
@@ -105,7 +105,7 @@ def line_picture(
 
 @dataclass(frozen=True)
 class Reference:
-    """A curve to compare with: strain [%] and force [N], (n,), and how it came about, which style and legend say."""
+    """Reference curve: strain [%] and force [N], (n,), and its kind, which sets style and legend."""
 
     strain_pct: Array
     force_n: Array
@@ -134,20 +134,20 @@ class Corridor:
     peak: EndPoint
 
 
-#: what the mean of specimens is called, whose curve cannot go on where one of them breaks
+#: label of the mean curve, which ends where the first specimen breaks
 MEAN = "simulated, mean up to the earliest peak"
 #: characters of a line in the legend
 LEGEND = 56
 
 
-# Dashes tell a measured curve from what was made of an end point or fed into the model.
+# Dashes distinguish measured curves from reconstructed ones and inputs of the model.
 _STYLE = {
     "measured": (RED, "-", "measured"),
     "digitised": (RED, (0, (6, 2)), "digitised"),
     "reconstructed": (RED, (0, (4, 2)), "reconstructed"),
-    "simulated": (GREEN, (0, (5, 1, 1, 1)), "simulated elsewhere"),
+    "simulated": (GREEN, (0, (5, 1, 1, 1)), "another simulation"),
     "input": (ORANGE, (0, (1, 1.2)), "input of the model"),
-    "tuned": (RED, (0, (3, 1.5)), "the model was tuned on it"),
+    "tuned": (RED, (0, (3, 1.5)), "used to tune the model"),
 }
 
 
@@ -178,16 +178,19 @@ def curve_picture(
         axes.plot(strain, force, color=BLUE, linewidth=2.0, label="simulated", zorder=4)
         top = int(np.nanargmax(force))
         label = f"simulated peak, {force[top]:.0f} N at {strain[top]:.2f} %"
-        axes.plot(
-            strain[top], force[top], "o", color=BLUE, markeredgecolor="white", markersize=8, label=label, zorder=5
-        )
+        marker: dict[str, Any] = {"color": BLUE, "markeredgecolor": "white", "markersize": 8}
+        axes.plot(strain[top], force[top], "o", label=label, zorder=5, **marker)
     else:
-        _ensemble(axes, specimens, corridor)
+        _draw_ensemble(axes, specimens, corridor)
     axes.set(xlabel="strain [%]", ylabel="force [N]")
     axes.set_xlim(left=0)
     axes.set_ylim(0, axes.get_ylim()[1] * 1.06)
     if yarns:
-        _force_per_yarn(axes, *yarns)
+        count, counted, name = yarns
+        ways = (lambda force: np.divide(force, count)), (lambda force: np.multiply(force, count))
+        right = axes.secondary_yaxis("right", functions=ways)
+        right.set_ylabel(f"force per {name} yarn [N] ({counted})", color=GREY)
+        right.tick_params(colors=GREY)
     axes.set_title(title, loc="left", fontsize=12)
     figure.legend(*axes.get_legend_handles_labels(), loc="lower center", ncols=2, frameon=False, fontsize=9)
     save(figure, path)
@@ -196,7 +199,7 @@ def curve_picture(
 def draw_reference(axes: "Axes", reference: Reference) -> None:
     """Draw a curve to compare with in the style of its kind, which the legend names."""
     colour, dashes, text = _STYLE[reference.kind]
-    label = _cited(text, reference.source)
+    label = _add_citation(text, reference.source)
     above = 4.5 if reference.kind == "input" else 2.0  # a simulation that returns its input would hide it
     axes.plot(
         reference.strain_pct, reference.force_n, color=colour, linestyle=dashes, linewidth=1.6, label=label,
@@ -208,27 +211,22 @@ def draw_end_point(axes: "Axes", point: EndPoint) -> None:
     """Draw the measured end point with a box of one standard deviation."""
     from matplotlib.patches import Rectangle
 
-    if not np.isfinite(point.strain_sd + point.force_sd):
-        label = f"experiment, mean, sd not stated ({point.source})"
-        axes.plot(point.strain_mean, point.force_mean, "D", color=RED, markersize=5, zorder=3, label=label)
-        return
-    corner = (point.strain_mean - point.strain_sd, point.force_mean - point.force_sd)
-    label = _cited("experiment, mean ± sd", point.source)
-    box = Rectangle(
-        corner, 2 * point.strain_sd, 2 * point.force_sd, facecolor=RED, alpha=0.13, edgecolor=RED, label=label, zorder=2
-    )
-    axes.add_patch(box)
-    axes.plot(point.strain_mean, point.force_mean, marker="D", color=RED, markersize=5, linestyle="none", zorder=3)
+    label: str | None = f"experiment, mean, sd not stated ({point.source})"
+    if np.isfinite(point.strain_sd + point.force_sd):
+        corner, size = (point.strain_mean - point.strain_sd, point.force_mean - point.force_sd), 2 * point.strain_sd
+        cited, label = _add_citation("experiment, mean ± sd", point.source), None
+        colour: dict[str, Any] = {"facecolor": RED, "alpha": 0.13, "edgecolor": RED}
+        axes.add_patch(Rectangle(corner, size, 2 * point.force_sd, label=cited, zorder=2, **colour))
+    axes.plot(point.strain_mean, point.force_mean, "D", color=RED, markersize=5, zorder=3, label=label)
 
 
-def _cited(text: str, source: str) -> str:
-    """``text`` with its citation in brackets, as one entry of a legend."""
+def _add_citation(text: str, source: str) -> str:
     return textwrap.fill(f"{text} ({source})" if source else text, LEGEND).replace("$", r"\$")
 
 
-def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:
+def _draw_ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: Corridor | None) -> None:
     for number, curve in enumerate(specimens):
-        label = f"{len(specimens)} simulated specimens, circles: their peaks" if number == 0 else None
+        label = f"{len(specimens)} simulated specimens (circles: peaks)" if number == 0 else None
         strain, force = curve["strain_pct"], curve["force_n"]
         axes.plot(
             strain, force, color=SKY, linewidth=0.8, label=label, zorder=2.5, marker="o", markersize=5.5,
@@ -249,31 +247,19 @@ def _ensemble(axes: "Axes", specimens: Sequence[Mapping[str, Array]], corridor: 
         )  # fmt: skip
 
 
-def _force_per_yarn(axes: "Axes", count: float, counted: str, name: str) -> None:
-    def shared(force: Any) -> Any:
-        return force / count
-
-    def whole(force: Any) -> Any:
-        return force * count
-
-    right = axes.secondary_yaxis("right", functions=(shared, whole))
-    right.set_ylabel(f"force per {name} yarn [N] ({counted})", color=GREY)
-    right.tick_params(colors=GREY)
-
-
 _LINES: dict[str, tuple[str, Any, str]] = {
     "external_mj": (BLACK, "--", "external work"),
     "kinetic_mj": (BLUE, "-", "kinetic"),
     "contact_mj": (PINK, "-.", "contact"),
     "friction_mj": (RED, "-.", "friction"),
     "damping_mj": (SKY, ":", "damping"),
-    "contact_damping_mj": (SKY, "-", "damping of contacts"),
+    "contact_damping_mj": (SKY, "-", "contact damping"),
     "hourglass_mj": (YELLOW, ":", "hourglass"),
     "eroded_mj": (GREY, (0, (6, 2)), "eroded (failed elements)"),
 }
 _PART_STYLES: tuple[tuple[str, Any], ...] = ((GREEN, "-"), (ORANGE, "-"), (GREEN, ":"), (ORANGE, ":"))
 _SMALLEST_PCT = 1e-3
-_SHADED = f"not judged: below {100 * START_UP:g} % of\nthe work, after a strip's\nfirst failure"
+_SHADED = f"not evaluated: start, below\n{100 * START_UP:g} % of the work, and\nafter the first failure"
 
 
 def energy_picture(
@@ -285,40 +271,33 @@ def energy_picture(
     title: str,
     rows: slice | None = None,
 ) -> None:
-    """Draw ``history.energies`` [mJ] over time [ms], and below the two ratios with their limits, to ``path`` (PNG).
+    """Draw ``history.energies`` [mJ] over time [ms], and below two ratios with their limits [-], to ``path`` (PNG).
 
-    ``kinetic_limit`` and ``energy_limit`` are fractions; ``rows`` are those that are judged, else a strip's.
-    Raises :class:`ResourceError`.
+    ``rows`` are those that the quality checks cover, by default those of a strip. Raises :class:`ResourceError`.
     """
     figure = new_figure(10.2, 6.6)
     upper = figure.add_axes((0.08, 0.41, 0.67, 0.52))
     lower = figure.add_axes((0.08, 0.09, 0.67, 0.28), sharex=upper)
     for axes in (upper, lower):
         dress(axes)
-    time = history.energies["time_ms"]
-    failure = None if history.first_failure is None else float(time[history.first_failure])
-    _energies(upper, history.energies, time)
-    _ratios(lower, history.energies, time, kinetic_limit, energy_limit)
-    rows = rows or judged_rows(history)
-    for axes in (upper, lower):
-        if failure is not None:
-            axes.axvline(failure, color=RED, linewidth=1.1, label="first failure" if axes is upper else None)
+    time, rows = history.energies["time_ms"], rows or judged_rows(history)
+    _draw_energies(upper, history.energies, time)
+    _draw_ratios(lower, history.energies, time, kinetic_limit, energy_limit)
+    for axes, failure, shaded in ((upper, "first failure", None), (lower, None, _SHADED)):
+        if history.first_failure is not None:
+            axes.axvline(float(time[history.first_failure]), color=RED, linewidth=1.1, label=failure)
         if rows.stop < len(time):
             axes.axvspan(time[rows.stop], time[-1], color=GREY, alpha=0.12, linewidth=0)
-        axes.axvspan(
-            time[0], time[rows.start], color=GREY, alpha=0.12, linewidth=0, label=None if axes is upper else _SHADED
-        )
-    upper.set_ylabel("energy [mJ]")
-    upper.set_xlim(time[0], time[-1])
+        axes.axvspan(time[0], time[rows.start], color=GREY, alpha=0.12, linewidth=0, label=shaded)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), fontsize=8.5, frameon=False)
+    upper.set(ylabel="energy [mJ]", xlim=(time[0], time[-1]))
     upper.tick_params(labelbottom=False)
     lower.set(xlabel="time [ms]", ylabel="ratio [%]")
     upper.set_title(title, loc="left", fontsize=12)
-    for axes in (upper, lower):
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), fontsize=8.5, frameon=False)
     save(figure, path)
 
 
-def _energies(axes: "Axes", energies: dict[str, Array], time: Array) -> None:
+def _draw_energies(axes: "Axes", energies: dict[str, Array], time: Array) -> None:
     parts = [name for name in energies if name.startswith("internal_")]
     for name, (colour, dashes) in zip(parts, _PART_STYLES, strict=False):
         label = "internal, " + name.removeprefix("internal_").removesuffix("_mj")
@@ -328,12 +307,11 @@ def _energies(axes: "Axes", energies: dict[str, Array], time: Array) -> None:
             axes.plot(time, energies[name], color=colour, linestyle=dashes, linewidth=1.5, label=label)
 
 
-def _ratios(axes: "Axes", energies: dict[str, Array], time: Array, kinetic: float, error: float) -> None:
-    rows = (
+def _draw_ratios(axes: "Axes", energies: dict[str, Array], time: Array, kinetic: float, error: float) -> None:
+    for name, limit, colour, dashes, label in (
         ("kinetic_ratio", kinetic, BLUE, "-", "kinetic energy over work"),
         ("energy_error", error, ORANGE, "-.", "energy error"),
-    )
-    for name, limit, colour, dashes, label in rows:
+    ):
         values = np.maximum(np.abs(energies[name]) * 100, _SMALLEST_PCT)
         axes.plot(time, values, color=colour, linestyle=dashes, linewidth=1.5, label=label)
         axes.axhline(limit * 100, color=colour, linestyle="--", linewidth=1.0, label=f"its limit, {limit * 100:g} %")

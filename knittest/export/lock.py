@@ -1,4 +1,4 @@
-"""The folder of a run: its lock, its name, the names of its files, and whether an existing folder may be used."""
+"""Run folders: lock, names of folder and files, and checks of existing folders."""
 
 import errno
 import fcntl
@@ -10,6 +10,7 @@ import shutil
 import unicodedata
 from contextlib import suppress
 from datetime import datetime
+from itertools import chain, count
 from pathlib import Path
 
 from knittest.base.errors import InputError, ResourceError
@@ -30,12 +31,16 @@ class RunLock:
         """Take the lock of ``folder``; raise :class:`ResourceError` when a living run holds it."""
         self.path = folder / LOCK_NAME
         try:
-            self._handle = self._open()
+            #: file descriptor that holds the lock, also in a process that inherits it
+            self.descriptor = self._open()
         except OSError as error:
             raise resource_error(self.path, error) from error
-        self.stale_owner = _describe(self._read())
+        self.stale_owner = _describe_owner(os.pread(self.descriptor, 4096, 0))
+        owner = json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
         try:
-            self._write_owner()
+            os.ftruncate(self.descriptor, 0)
+            os.pwrite(self.descriptor, owner.encode().ljust(_PADDING), 0)
+            os.fsync(self.descriptor)
         except OSError as error:
             self.release()
             raise resource_error(self.path, error) from error
@@ -51,48 +56,34 @@ class RunLock:
             except FileNotFoundError:
                 pass
             except OSError as error:
-                owner = _describe(os.pread(handle, 4096, 0)) or "an unknown process"
+                owner = _describe_owner(os.pread(handle, 4096, 0)) or "an unknown process"
                 os.close(handle)
                 if error.errno in (errno.EAGAIN, errno.EACCES):
                     raise ResourceError(
-                        f"{self.path.parent}: in use by {owner}; wait for it, or a process that it began, to end or "
-                        "choose another folder with --out"
+                        f"{self.path.parent}: in use by {owner}; wait until it and its child processes end, or choose "
+                        "another folder with --out"
                     ) from None
                 raise
             os.close(handle)
 
-    def _read(self) -> bytes:
-        return os.pread(self._handle, 4096, 0)
-
-    def _write_owner(self) -> None:
-        owner = json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
-        os.ftruncate(self._handle, 0)
-        os.pwrite(self._handle, owner.encode().ljust(_PADDING), 0)
-        os.fsync(self._handle)
-
-    @property
-    def descriptor(self) -> int:
-        """File descriptor that holds the lock, also in a process that inherits it."""
-        return self._handle
-
     def give_room(self) -> None:
         """Hand the reserved blocks back to the disk, so that the last manifest finds room on a full one."""
         with suppress(OSError):
-            os.ftruncate(self._handle, 0)
-            os.fsync(self._handle)
+            os.ftruncate(self.descriptor, 0)
+            os.fsync(self.descriptor)
 
     def release(self) -> None:
         """Remove the lock file and free the lock; harmless when called twice."""
-        if self._handle < 0:
+        if self.descriptor < 0:
             return
         with suppress(OSError):
             self.path.unlink(missing_ok=True)
-        os.close(self._handle)
-        self._handle = -1
+        os.close(self.descriptor)
+        self.descriptor = -1
 
 
 def is_locked(folder: Path) -> bool:
-    """Tell whether a process holds the lock of ``folder``."""
+    """Return whether a process holds the lock of ``folder``."""
     try:
         handle = os.open(folder / LOCK_NAME, os.O_RDONLY | os.O_NOFOLLOW)
     except OSError:
@@ -106,8 +97,8 @@ def is_locked(folder: Path) -> bool:
     return False
 
 
-def _describe(content: bytes) -> str | None:
-    """``process 123 on host`` from the content of a lock; None when it is empty."""
+def _describe_owner(content: bytes) -> str | None:
+    """Return ``process 123 on host`` from the content of a lock; None if it is empty."""
     if not content.strip():
         return None
     try:
@@ -118,14 +109,14 @@ def _describe(content: bytes) -> str | None:
         return "an unknown process"
 
 
-#: subfolder for them
+#: subfolder for copied data
 DATA_FOLDER = "data"
 
 
 def kept_beside(text: str, folder: Path, name: str) -> str:
-    """``text`` for a file or folder of the shipped data, else a copy of it in ``folder`` under :data:`DATA_FOLDER`.
+    """Copy the file or the tables of the folder ``text`` to :data:`DATA_FOLDER` in ``folder``, unless it is shipped.
 
-    Of a folder the tables are copied. Raises :class:`ResourceError`.
+    Returns the path to use. Raises :class:`ResourceError`.
     """
     if not Path(text).is_absolute() and (data_dir() / text).exists():
         return text
@@ -143,14 +134,14 @@ def kept_beside(text: str, folder: Path, name: str) -> str:
     return f"{DATA_FOLDER}/{name}"
 
 
-# What only a completed run may show; a failed one keeps its tables under a name that says so. Tests add their own.
+# Files of completed runs only; a failed run keeps its tables as incomplete. Tests add their own.
 _RESULTS = ("summary.json", "comparison.json", "report.html", "view.html")
 _TABLES = ("curve.csv", "energies.csv", "contacts.csv", "yarns.csv")
 CHECKPOINTS = "checkpoint-*.npz"
 #: files of every run besides
 OWN_FILES = ("manifest.json", "config.yaml", "log.jsonl", "frames.pvd", LOCK_NAME)
 
-#: patterns of what commands add to a finished run, and of what a run holds on its way
+#: patterns of files that commands add to a finished run, and of files of a run in progress
 ADDED = ("compare.*", "film.*", "report-*", "tables.xlsx", "verify", "frames", CHECKPOINTS, ".*.tmp*")
 
 
@@ -176,14 +167,14 @@ def files_of_incomplete_runs() -> tuple[str, ...]:
 
 
 def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
-    """``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's own."""
+    """Name ``<rig>-<variant>-<scale>-<direction>-<time>``, safe as a file name; ``direction`` replaces the rig's."""
     moment = (at or datetime.now()).strftime("%Y%m%d-%H%M%S")
     parts = (run.rig.kind, run.fabric.name, run.model.scale, direction or run.direction, moment)
     return "-".join(slug(part) for part in parts if part)
 
 
 def slug(text: str) -> str:
-    """``text`` as letters, digits, dot, dash and underscore, never hidden, never empty, 60 characters at most."""
+    """Convert ``text`` to a file name of letters, digits, dot, dash and underscore, of 1 to 60 characters."""
     plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
     return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.")[:60] or "unnamed"
 
@@ -192,22 +183,19 @@ def fresh_folder(path: Path) -> Path:
     """Make ``path``, or ``path-2``, ``path-3``... when runs of the same second got there first."""
     make_folder(path.parent)
     try:
-        candidate, number = path, 1
-        while True:
-            try:
+        for candidate in chain([path], (path.with_name(f"{path.name}-{number}") for number in count(2))):
+            with suppress(FileExistsError):
                 candidate.mkdir()
-                return candidate
-            except FileExistsError:
-                number += 1
-                candidate = path.with_name(f"{path.name}-{number}")
+                break
+        return candidate
     except OSError as error:
         raise resource_error(path, error) from error
 
 
 def chosen_folder(path: Path) -> Path:
-    """Make the folder the user chose, or check that it is empty, a dead run's, or one's that its input stopped."""
+    """Make the folder ``path``, or check that it is empty or belongs to a dead run or one with an input error."""
     if os.path.lexists(path) and not path.is_dir():
-        raise InputError(f"--out {path}: is a file, expected a new or empty folder")
+        raise InputError(f"--out {path}: is a file; choose a new or empty folder")
     make_folder(path)
     try:
         names = [file.name for file in path.iterdir()]
@@ -216,25 +204,23 @@ def chosen_folder(path: Path) -> Path:
     if names and LOCK_NAME not in names and not of_bad_input(path):
         resumable = "config.yaml" in names and any(name.startswith("checkpoint-") for name in names)
         instead = f"continue the run in it with: knittest resume {path}, or " if resumable else ""
-        raise InputError(
-            f"--out {path}: not empty; {instead}choose a new folder, or remove this one if it is not needed"
-        )
+        raise InputError(f"--out {path}: not empty; {instead}choose a new folder, or remove this one if not needed")
     return path
 
 
 def clear_dead_run(path: Path, lock: RunLock) -> None:
-    """Remove the files of a run that is dead or had a bad input; refuse when there are others among them."""
+    """Remove the files of a run that died or had an input error; raises :class:`InputError` for other files."""
     names = {file.name for file in path.iterdir()} - {LOCK_NAME}
     if not names:
         return
-    if _completed(path):  # and killed before its lock was removed
-        raise InputError(f"--out {path}: holds a completed run; choose a new folder, or remove this one")
+    if _read_ending(path)[0] == "completed":  # and killed before its lock was removed
+        raise InputError(f"--out {path}: contains a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
     useless = fnmatch.filter(names, CHECKPOINTS) if of_bad_input(path) else []  # of another input
     strange = sorted(names - {*OWN_FILES, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover, *useless})
     if strange:
         raise InputError(
-            f"--out {path}: left by {lock.stale_owner or 'a run'}, which is no longer running, and holds {strange[0]}; "
+            f"--out {path}: contains {strange[0]} and files of {lock.stale_owner or 'a run'}, which no longer runs; "
             "choose a new folder, or remove this one if it is not needed"
         )
     try:
@@ -245,23 +231,21 @@ def clear_dead_run(path: Path, lock: RunLock) -> None:
 
 
 def remove_run(path: Path) -> None:
-    """Remove the run folder ``path`` and what plans it; links in it go, what they lead to stays.
+    """Remove the run folder ``path`` and its plan; links in it are removed, their targets are kept.
 
-    Raises :class:`InputError` for a link, for what is no run folder and for one with files that knittest did not write,
+    Raises :class:`InputError` for a link, another folder and files that knittest did not write, and
     :class:`ResourceError` while a process uses it. Then nothing is removed.
     """
-    manifest = _manifest(path)
+    manifest = _read_manifest(path)
     if path.is_symlink() or not {"status", "config_sha256"} <= manifest.keys():
         raise InputError(f"{path}: not a run folder, not removed")
     path = path.resolve()
     if is_locked(path):
-        raise ResourceError(f"{path}: a process uses it: not removed")
+        raise ResourceError(f"{path}: in use by a process, not removed")
     lock = RunLock(path)
     try:
         if strange := sorted(file.name for file in path.iterdir() if not _is_of_run(file)):
-            raise InputError(
-                f"{path}: holds {strange[0]}, which is not a file of a run: not removed; move it to another place"
-            )
+            raise InputError(f"{path}: not removed, because {strange[0]} is not a file of a run; move that file first")
         for file in sorted(path.iterdir(), key=lambda file: file.name == "manifest.json"):  # last: until then it is one
             if file.is_dir() and not file.is_symlink():
                 shutil.rmtree(file)
@@ -280,7 +264,7 @@ def remove_run(path: Path) -> None:
 
 
 def _is_of_run(file: Path) -> bool:
-    """Tell whether ``file`` of a run folder has the name of one that a command writes there."""
+    """Return whether ``file`` of a run folder has the name of a file that a command writes there."""
     names = {*OWN_FILES, *results_of_runs(), *tables_of_runs(), *files_of_incomplete_runs()}
     if file.name == "frames" and not file.is_symlink():
         return all(inner.suffix == ".vtu" for inner in file.iterdir())
@@ -288,23 +272,19 @@ def _is_of_run(file: Path) -> bool:
     return printed or file.name in names or any(fnmatch.fnmatch(file.name, pattern) for pattern in ADDED)
 
 
-def _completed(path: Path) -> bool:
-    return _ended(path)[0] == "completed"
-
-
 def of_bad_input(path: Path) -> bool:
-    """Tell whether a run ended in ``path`` because of its input, which its next start has corrected."""
-    return _ended(path) == ("failed", InputError.exit_code)
+    """Return whether the run in ``path`` ended because of an input error."""
+    return _read_ending(path) == ("failed", InputError.exit_code)
 
 
-def _ended(path: Path) -> tuple[object, object]:
-    """Status and exit code that the manifest in ``path`` states; nothing where there is none."""
-    manifest = _manifest(path)
+def _read_ending(path: Path) -> tuple[object, object]:
+    """Return status and exit code of the manifest in ``path``; ``None`` if there is none."""
+    manifest = _read_manifest(path)
     return manifest.get("status"), manifest.get("exit_code")
 
 
-def _manifest(path: Path) -> dict[str, object]:
-    """The manifest in ``path``, empty where there is none."""
+def _read_manifest(path: Path) -> dict[str, object]:
+    """Return the manifest in ``path``; empty if there is none."""
     try:
         manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
     except (OSError, ValueError):

@@ -1,10 +1,6 @@
-"""Meshes as files: VTU frames for ParaView, centre-lines and surfaces of yarns as VTU, CSV, STL and VTP, input for
-Abaqus.
-"""
+"""Mesh files: VTU frames for ParaView, centre-lines and surfaces of yarns (VTU, CSV, STL, VTP), Abaqus input."""
 
 import base64
-import csv
-import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,21 +18,20 @@ from knittest.fabric.cell import SYSTEMS, Cell
 from knittest.fabric.strip import YarnPath, centre_lines
 
 Index = NDArray[np.int64]
-_CELL_TYPE = {"beams": "line", "shells": "quad"}
 
-
-#: file of the collection at a time [ms]: its path, and the tool it shows, empty for the specimen
+#: kind of cells of the mesh: type of meshio, which knows only the number of corners, and of Abaqus
+CELLS = {"beams": ("line", "B31"), "shells": ("quad", "S4R")}
+#: file of the collection: time [ms], path, and tool, empty for the specimen
 Entry = tuple[float, str, str]
 
 
 def write_frames(run_folder: Path, history: History, bodies: Sequence[Body] = ()) -> Path:
     """Write ``frames/frame-0000.vtu``... and ``frames.pvd`` in ``run_folder``; return the path of the collection.
 
-    Points are the nodes at the frame's time [mm], with ``displacement`` [mm] from the first frame and, for beams,
-    ``radius`` [mm] (ParaView's tube filter varies its radius by a point field). Cells carry every field of
-    the frame, ``part``, ``yarn`` and ``radius``; failed elements stay, with ``alive`` 0, to be thresholded. Tools
-    (``bodies``) are triangles in ``frames/<tool>-0000.vtu``..., a file wherever they have moved, and blocks of the
-    collection by name. Raises :class:`ResourceError`.
+    Points are the nodes [mm], with ``displacement`` [mm] from the first frame and, for beams, ``radius`` [mm] for the
+    tube filter of ParaView. Cells have all fields of the frame, ``part``, ``yarn`` and ``radius``; failed elements
+    remain, with ``alive`` 0. Tools (``bodies``) are triangles in ``frames/<tool>-0000.vtu``..., a file for each
+    position, and named blocks of the collection. Raises :class:`ResourceError`.
     """
     folder = run_folder / "frames"
     try:
@@ -46,58 +41,49 @@ def write_frames(run_folder: Path, history: History, bodies: Sequence[Body] = ()
     entries: list[Entry] = []
     for number, frame in enumerate(history.frames):
         path = folder / f"frame-{number:04d}.vtu"
-        write_frame(path, history.mesh, frame, history.frames[0].position)
+        _write_frame(path, history.mesh, frame, history.frames[0].position)
         entries.append((frame.time, path.relative_to(run_folder).as_posix(), ""))
     for body in bodies:
         entries += _write_body(folder, body, [frame.time for frame in history.frames])
     collection = run_folder / "frames.pvd"
-    write_atomic(collection, _collection(entries, history.mesh))
+    write_atomic(collection, _collection_text(entries, history.mesh))
     return collection
 
 
-def write_frame(path: Path, mesh: Mesh, frame: Frame, reference: Array) -> None:
-    """Write one compressed VTU file; ``reference`` [mm], (n_nodes, 3), is where displacements are counted from."""
+def _save(path: Path, form: str, points: Array, cells: Sequence[tuple[str, Index]], **more: Any) -> None:
+    """Write a mesh with meshio, as compressed VTU or binary STL, whole or not at all."""
     import meshio
 
-    points: dict[str, Any] = {"displacement": frame.position - reference}
-    if mesh.kind == "beams":
-        points["radius"] = _nodal_radius(mesh, len(reference))
-    cells = {"part": mesh.part, "yarn": mesh.yarn, "radius": mesh.radius, **frame.fields}
-    unstructured = meshio.Mesh(
-        frame.position,
-        [(_CELL_TYPE[mesh.kind], mesh.cells)],
-        point_data=points,
-        cell_data={name: [np.asarray(values)] for name, values in cells.items()},
-    )
+    how: dict[str, Any] = {"compression": "zlib"} if form == "vtu" else {"binary": True}
     with replacing(path) as temporary:
-        meshio.write(temporary, unstructured, file_format="vtu", compression="zlib")
+        meshio.write(temporary, meshio.Mesh(points, cells, **more), file_format=form, **how)
+
+
+def _write_frame(path: Path, mesh: Mesh, frame: Frame, reference: Array) -> None:
+    """Write one VTU file; displacements are counted from ``reference`` [mm], (n_nodes, 3)."""
+    points: dict[str, Any] = {"displacement": frame.position - reference}
+    if mesh.kind == "beams":  # the radius of the thickest beam at each node
+        points["radius"] = np.zeros(len(reference))
+        for end in (0, 1):
+            np.maximum.at(points["radius"], mesh.cells[:, end], mesh.radius)
+    cells = {"part": mesh.part, "yarn": mesh.yarn, "radius": mesh.radius, **frame.fields}
+    data = {name: [np.asarray(values)] for name, values in cells.items()}
+    _save(path, "vtu", frame.position, [(CELLS[mesh.kind][0], mesh.cells)], point_data=points, cell_data=data)
 
 
 def _write_body(folder: Path, body: Body, times: Sequence[float]) -> list[Entry]:
-    """Write ``body`` at each of ``times`` [ms] into ``folder``, once while it stays where it is."""
-    import meshio
-
+    """Write ``body`` at each of ``times`` [ms] into ``folder``, once as long as it does not move."""
     entries: list[Entry] = []
     for number, time in enumerate(times):
         place = body.place(number)
         if number == 0 or (place != body.place(number - 1)).any():
             path = folder / f"{body.name.replace(' ', '-')}-{number:04d}.vtu"
-            surface = meshio.Mesh(place, [("triangle", body.triangles)])
-            with replacing(path) as temporary:
-                meshio.write(temporary, surface, file_format="vtu", compression="zlib")
+            _save(path, "vtu", place, [("triangle", body.triangles)])
         entries.append((time, path.relative_to(folder.parent).as_posix(), body.name))
     return entries
 
 
-def _nodal_radius(mesh: Mesh, n_nodes: int) -> Array:
-    """Radius of the thickest beam at each node [mm], (n_nodes,)."""
-    radius = np.zeros(n_nodes)
-    for end in (0, 1):
-        np.maximum.at(radius, mesh.cells[:, end], mesh.radius)
-    return radius
-
-
-def _collection(entries: list[Entry], mesh: Mesh) -> str:
+def _collection_text(entries: list[Entry], mesh: Mesh) -> str:
     parts = ", ".join(f"{number} {name}" for number, name in enumerate(mesh.part_names))
     parts = re.sub("-+", "-", parts)  # two in a row may not stand in a comment
     rows = "".join(
@@ -121,28 +107,21 @@ def export_centre_lines(path: Path, cell: Cell, n_wales: int, n_courses: int) ->
     Raises :class:`InputError` for another suffix and :class:`ResourceError` if the file cannot be written.
     """
     if path.suffix.lower() not in LINE_FORMATS:
-        raise InputError(f"{path}: cannot tell the format from the suffix: expected {' or '.join(LINE_FORMATS)}")
+        raise InputError(f"{path}: unknown format; expected the suffix {' or '.join(LINE_FORMATS)}")
     paths = centre_lines(cell, n_wales, n_courses)
     if path.suffix.lower() == ".csv":
-        write_atomic(path, _csv(paths))
+        rows = [
+            f"{yarn.system},{yarn.index + 1},{number},{x:.6f},{y:.6f},{z:.6f}\n"
+            for yarn in paths
+            for number, (x, y, z) in enumerate(yarn.points, 1)
+        ]
+        write_atomic(path, "".join(["system,yarn,point,x_mm,y_mm,z_mm\n", *rows]))
     else:
         _write_vtu(path, paths, cell.spec.radius)
 
 
-def _csv(paths: list[YarnPath]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["system", "yarn", "point", "x_mm", "y_mm", "z_mm"])
-    for path in paths:
-        for number, point in enumerate(path.points, 1):
-            writer.writerow([path.system, path.index + 1, number, *(f"{v:.6f}" for v in point)])
-    return text.getvalue()
-
-
 def _write_vtu(path: Path, paths: list[YarnPath], radius: dict[str, float]) -> None:
-    """One line cell a segment; ``part`` indexes knit, warp, weft, ``yarn`` counts from 1, ``radius`` [mm] at points."""
-    import meshio
-
+    """Write a line cell per segment; ``part`` is 0 knit, 1 warp, 2 weft, ``yarn`` counts from 1, ``radius`` in mm."""
     counts = np.array([len(p.points) for p in paths])
     starts = np.cumsum(counts) - counts
     first = np.delete(np.arange(counts.sum()), starts[1:] - 1)[:-1]  # every point but the last of each yarn
@@ -150,23 +129,19 @@ def _write_vtu(path: Path, paths: list[YarnPath], radius: dict[str, float]) -> N
         "part": [np.repeat([SYSTEMS.index(p.system) for p in paths], counts - 1)],
         "yarn": [np.repeat([p.index + 1 for p in paths], counts - 1)],
     }
-    mesh = meshio.Mesh(
-        np.vstack([p.points for p in paths]),
-        [("line", np.column_stack([first, first + 1]))],
-        point_data={"radius": np.repeat([radius[p.system] for p in paths], counts)},
-        cell_data=fields,
-    )
-    with replacing(path) as temporary:
-        meshio.write(temporary, mesh, file_format="vtu", compression="zlib")
+    points = np.vstack([p.points for p in paths])
+    at_points = {"radius": np.repeat([radius[p.system] for p in paths], counts)}
+    lines = [("line", np.column_stack([first, first + 1]))]
+    _save(path, "vtu", points, lines, point_data=at_points, cell_data=fields)
 
 
-#: formats, and corners of a tube's section where none are asked for
+#: formats, and default corners of a tube's section
 SURFACE_FORMATS, SIDES = (".stl", ".vtp"), 12
 
 
 @dataclass(frozen=True)
 class TubeSurface:
-    """``points`` (n, 3) [mm] and ``triangles`` (m, 3), which turn left seen from outside, of ``element`` (m,)."""
+    """Surface of ``points`` (n, 3) [mm] and ``triangles`` (m, 3) of ``element`` (m,), which turn left from outside."""
 
     points: Array
     triangles: Index
@@ -181,20 +156,20 @@ def tube_surface(position: Array, cells: Index, radius: Array, alive: NDArray[np
     """
     shown = np.flatnonzero(alive & np.isfinite(position[cells]).all(axis=(1, 2)))
     if not len(shown):
-        raise InputError("tubes: no beam is whole: choose an earlier frame with --frame")
+        raise InputError("tubes: all beams have failed in this frame; choose an earlier one with --frame")
     follows = (cells[shown[1:], 0] == cells[shown[:-1], 1]) & (radius[shown[1:]] == radius[shown[:-1]])
     chains = np.split(shown, np.flatnonzero(~follows) + 1)
     points, triangles, element, first = [], [], [], 0
     for chain in chains:
         nodes = np.append(cells[chain, 0], cells[chain[-1], 1])
-        points.append(_rings(position[nodes], float(radius[chain[0]]), sides))
-        triangles.append(first + _walls(len(nodes), sides))
+        points.append(_tube_points(position[nodes], float(radius[chain[0]]), sides))
+        triangles.append(first + _tube_triangles(len(nodes), sides))
         element.append(np.concatenate([np.repeat(chain, 2 * sides), np.repeat(chain[[0, -1]], sides)]))
         first += len(points[-1])
     return TubeSurface(np.concatenate(points), np.concatenate(triangles), np.concatenate(element))
 
 
-def _rings(path: Array, radius: float, sides: int) -> Array:
+def _tube_points(path: Array, radius: float, sides: int) -> Array:
     """Corners of a section at each point of ``path`` (n, 3), turned with it and not about it, then both end points."""
     along = np.diff(path, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-30)
@@ -212,7 +187,7 @@ def _rings(path: Array, radius: float, sides: int) -> Array:
     return np.concatenate([(path[:, None] + radius * around).reshape(-1, 3), path[[0, -1]]])
 
 
-def _walls(rings: int, sides: int) -> Index:
+def _tube_triangles(rings: int, sides: int) -> Index:
     """Triangles of ``rings`` of ``sides`` corners, ring by ring, then those of the first and of the last end."""
     corner = np.arange(sides)
     turned = np.roll(corner, -1)
@@ -232,26 +207,23 @@ def write_tubes(path: Path, surface: TubeSurface, fields: Mapping[str, Array]) -
     """
     form = path.suffix.lower()
     if form not in SURFACE_FORMATS:
-        raise InputError(f"{path}: cannot tell the format from the suffix: expected {' or '.join(SURFACE_FORMATS)}")
+        raise InputError(f"{path}: unknown format; expected the suffix {' or '.join(SURFACE_FORMATS)}")
     if form == ".vtp":
-        write_atomic(path, _vtp(surface, fields))
-        return
-    import meshio
-
-    with replacing(path) as temporary:
-        mesh = meshio.Mesh(surface.points, [("triangle", surface.triangles)])
-        meshio.write(temporary, mesh, file_format="stl", binary=True)
+        write_atomic(path, _vtp_text(surface, fields))
+    else:
+        _save(path, "stl", surface.points, [("triangle", surface.triangles)])
 
 
-def _vtp(surface: TubeSurface, fields: Mapping[str, Array]) -> str:
-    """Poly data of VTK, of which no library without VTK itself writes any."""
+def _vtp_text(surface: TubeSurface, fields: Mapping[str, Array]) -> str:
+    """Return poly data of VTK; only VTK itself has a writer for it."""
     n, m = len(surface.points), len(surface.triangles)
     cells = "".join(
-        _array("Float32", values[surface.element].astype("<f4"), f' Name="{name}"') for name, values in fields.items()
+        _data_array("Float32", values[surface.element].astype("<f4"), f' Name="{name}"')
+        for name, values in fields.items()
     )
-    points = _array("Float32", surface.points.astype("<f4"), ' NumberOfComponents="3"')
-    polys = _array("Int32", surface.triangles.astype("<i4"), ' Name="connectivity"')
-    polys += _array("Int32", 3 * np.arange(1, m + 1, dtype="<i4"), ' Name="offsets"')
+    points = _data_array("Float32", surface.points.astype("<f4"), ' NumberOfComponents="3"')
+    polys = _data_array("Int32", surface.triangles.astype("<i4"), ' Name="connectivity"')
+    polys += _data_array("Int32", 3 * np.arange(1, m + 1, dtype="<i4"), ' Name="offsets"')
     return (
         '<?xml version="1.0"?>\n<!-- lengths in mm, forces in N -->\n'
         '<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">\n<PolyData>\n'
@@ -261,14 +233,10 @@ def _vtp(surface: TubeSurface, fields: Mapping[str, Array]) -> str:
     )
 
 
-def _array(kind: str, values: NDArray[np.generic], named: str) -> str:
+def _data_array(kind: str, values: NDArray[np.generic], named: str) -> str:
     raw = np.ascontiguousarray(values).tobytes()
     data = base64.b64encode(len(raw).to_bytes(4, "little") + raw).decode("ascii")
     return f'<DataArray type="{kind}"{named} format="binary">{data}</DataArray>\n'
-
-
-#: kind of cells of the mesh, and the type of Abaqus they are; meshio knows no more than how many corners they have
-CELLS = {"beams": ("line", "B31"), "shells": ("quad", "S4R")}
 
 
 def write_abaqus(path: Path, mesh: Mesh, position: Array) -> None:

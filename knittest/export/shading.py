@@ -1,5 +1,6 @@
 """Shaded yarns and surfaces on a pixel grid, along a line of sight: the surface nearest to the viewer wins."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,7 @@ from numpy.typing import NDArray
 
 from knittest.base.history import Array
 
+Index = NDArray[np.int64]
 # Direction to the light, from the upper left and towards the viewer; unit length.
 _LIGHT = np.array([-0.45, 0.45, 0.7714])
 _AMBIENT = 0.42
@@ -60,7 +62,9 @@ def render_tubes(start: Array, end: Array, radius: Array, colour: Array, view: V
 def drawn_tubes(start: Array, end: Array, radius: Array, colour: Array, view: View) -> Canvas:
     """Canvas of :func:`render_tubes`, which has the height of what is seen too."""
     canvas = Canvas(view)
-    inside = _touching(start, end, radius, view)
+    low, high = np.minimum(start, end)[:, :2] - radius[:, None], np.maximum(start, end)[:, :2] + radius[:, None]
+    overlap = (high > [view.left, view.bottom]).all(axis=1) & (low < [view.right, view.top]).all(axis=1)
+    inside = overlap & np.isfinite(start + end).all(axis=1)
     start, end, radius, colour = start[inside], end[inside], radius[inside], colour[inside]
     if len(start):
         span = np.abs(end[:, :2] - start[:, :2]).max(axis=0) + 2 * radius.max()
@@ -68,21 +72,15 @@ def drawn_tubes(start: Array, end: Array, radius: Array, colour: Array, view: Vi
         chunk = max(1, int(_CHUNK_PIXELS // (patch[0] * patch[1])))
         for first in range(0, len(start), chunk):
             part = slice(first, first + chunk)
-            _draw(canvas, start[part], end[part], radius[part], colour[part], patch)
+            _draw_chunk(canvas, start[part], end[part], radius[part], colour[part], patch)
     return canvas
 
 
-def _touching(start: Array, end: Array, radius: Array, view: View) -> NDArray[np.bool_]:
-    low = np.minimum(start, end)[:, :2] - radius[:, None]
-    high = np.maximum(start, end)[:, :2] + radius[:, None]
-    overlap_x = (high[:, 0] > view.left) & (low[:, 0] < view.right)
-    overlap_y = (high[:, 1] > view.bottom) & (low[:, 1] < view.top)
-    return overlap_x & overlap_y & np.isfinite(start + end).all(axis=1)
-
-
-def _draw(canvas: Canvas, start: Array, end: Array, radius: Array, colour: Array, patch: NDArray[np.int64]) -> None:
+def _draw_chunk(canvas: Canvas, start: Array, end: Array, radius: Array, colour: Array, patch: Index) -> None:
     """Draw one chunk of beams; ``patch`` (columns, rows) of pixels covers the largest beam."""
-    column, row = _patches(start, end, radius, canvas.view, patch)
+    corner = np.minimum(start, end)[:, :2] - radius[:, None]
+    first = np.floor((corner - [canvas.view.left, canvas.view.bottom]) / canvas.view.pixel).astype(int)
+    column, row = _pixels(first, patch)
     dx = canvas.view.left + (column + 0.5) * canvas.view.pixel - start[:, 0, None, None]
     dy = canvas.view.bottom + (row + 0.5) * canvas.view.pixel - start[:, 1, None, None]
     along = (end - start)[:, :, None, None]
@@ -99,24 +97,15 @@ def _draw(canvas: Canvas, start: Array, end: Array, radius: Array, colour: Array
     np.maximum.at(canvas.height, pixel, surface)
     top = surface >= canvas.height[pixel]
     normal = np.stack([off_x[seen], off_y[seen], rise], axis=1)[top] / radius[beam[top], None]
-    canvas.image[pixel[top], :3] = _lit(colour[beam[top]], normal)
+    light = _AMBIENT + (1 - _AMBIENT) * np.clip(normal @ _LIGHT, 0.0, 1.0)
+    canvas.image[pixel[top], :3] = np.clip(colour[beam[top]] * light[:, None] * _GAIN, 0.0, 1.0)
     canvas.image[pixel[top], 3] = 1.0
 
 
-def _patches(
-    start: Array, end: Array, radius: Array, view: View, patch: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Columns (n, 1, patch[0]) and rows (n, patch[1], 1) of the pixels around each beam."""
-    corner = np.minimum(start, end)[:, :2] - radius[:, None]
-    first = np.floor((corner - [view.left, view.bottom]) / view.pixel).astype(int)
+def _pixels(first: Index, patch: Sequence[int] | Index) -> tuple[Index, Index]:
+    """Columns (n, 1, patch[0]) and rows (n, patch[1], 1) of patches of pixels from ``first`` (n, 2) on."""
     column = first[:, 0, None, None] + np.arange(patch[0])[None, None, :]
-    row = first[:, 1, None, None] + np.arange(patch[1])[None, :, None]
-    return column, row
-
-
-def _lit(colour: Array, normal: Array) -> Array:
-    light = _AMBIENT + (1 - _AMBIENT) * np.clip(normal @ _LIGHT, 0.0, 1.0)
-    return np.clip(colour * light[:, None] * _GAIN, 0.0, 1.0)
+    return column, first[:, 1, None, None] + np.arange(patch[1])[None, :, None]
 
 
 #: turn about the vertical and tilt of the line of sight against it [deg]
@@ -134,9 +123,7 @@ def sight(look: str = "oblique", *, turned: bool = False) -> Array:
 
 
 def shaded(corners: Array, colour: Array) -> tuple[Array, Array]:
-    """Quadrilaterals (n, 4, 2) of ``corners`` (n, 4, 3) as seen, from far to near, and their ``colour`` (n, 3) shaded
-    by Lambert's law from both sides.
-    """
+    """Quadrilaterals (n, 4, 2) of ``corners`` (n, 4, 3), from far to near, and ``colour`` shaded by :func:`lit`."""
     shade = lit(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
     order = np.argsort(corners[:, :, 2].mean(axis=1))
     return corners[order][:, :, :2], np.clip(colour * shade[:, None], 0.0, 1.0)[order]
@@ -160,7 +147,7 @@ def nearest(corners: Array, view: View) -> tuple[Array, Array]:
     ``corners`` (n, 3, 3), in axes of ``view`` with z towards the viewer; (rows, columns) each, row 0 at the bottom.
     """
     rows, columns = view.shape
-    corners = _cut(corners, _WHOLE * view.pixel)
+    corners = _halve_triangles(corners, _WHOLE * view.pixel)
     height, light = np.full(rows * columns, -np.inf), np.zeros(rows * columns)
     place = corners.copy()
     place[:, :, :2] = (corners[:, :, :2] - [view.left, view.bottom]) / view.pixel - 0.5  # centres of pixels are whole
@@ -173,17 +160,15 @@ def nearest(corners: Array, view: View) -> tuple[Array, Array]:
         step = max(1, _RASTER_PIXELS // int(patch) ** 2)
         for first in range(0, len(alike), step):
             part = alike[first : first + step]
-            pixel, surface, which = _covered(place[part], low[part], int(patch), (rows, columns))
+            pixel, surface, which = _covered_pixels(place[part], low[part], int(patch), (rows, columns))
             np.maximum.at(height, pixel, surface)
             top = surface >= height[pixel]
             light[pixel[top]] = shade[part[which[top]]]
     return height.reshape(rows, columns), light.reshape(rows, columns)
 
 
-def _cut(corners: Array, most: float) -> Array:
-    """Triangles (m, 3, 3) that ``corners`` (n, 3, 3) consist of, halved across their longest side until that is
-    ``most`` [mm] at most, as it is seen.
-    """
+def _halve_triangles(corners: Array, most: float) -> Array:
+    """Halve triangles ``corners`` (n, 3, 3) across their longest visible side until it is at most ``most`` [mm]."""
     done = []
     while len(corners):
         side = np.linalg.norm((np.roll(corners, -1, axis=1) - corners)[:, :, :2], axis=2)
@@ -196,14 +181,9 @@ def _cut(corners: Array, most: float) -> Array:
     return np.concatenate(done) if done else corners
 
 
-def _covered(
-    place: Array, low: NDArray[np.int64], patch: int, shape: tuple[int, int]
-) -> tuple[NDArray[np.int64], Array, NDArray[np.int64]]:
-    """Pixels that triangles ``place`` (n, 3, 3) cover in a ``patch`` from ``low`` (n, 2) on, the height of each, and
-    the number of its triangle.
-    """
-    column = low[:, 0, None, None] + np.arange(patch)[None, None, :]
-    row = low[:, 1, None, None] + np.arange(patch)[None, :, None]
+def _covered_pixels(place: Array, low: Index, patch: int, shape: tuple[int, int]) -> tuple[Index, Array, Index]:
+    """Pixels that triangles ``place`` (n, 3, 3) cover in a ``patch`` from ``low`` (n, 2) on, height and triangle."""
+    column, row = _pixels(low, (patch, patch))
     a, b = ((place[:, k] - place[:, 0]).T[:, :, None, None] for k in (1, 2))
     x, y = column - place[:, 0, 0, None, None], row - place[:, 0, 1, None, None]
     area = a[0] * b[1] - a[1] * b[0]

@@ -1,6 +1,4 @@
-"""The files summary.json, whose keys are a contract with other programs, and manifest.json, which says where a run
-comes from and how it ended.
-"""
+"""Contents of summary.json, whose keys are fixed for other programs, and of manifest.json."""
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,7 +13,7 @@ from knittest.base.interrupts import INTERRUPTED, Interrupted
 from knittest.base.machine import host_name
 from knittest.base.result_rows import folded, spread_of
 from knittest.base.summary import ComparisonRow, CostBlock, Limit, Spread, Status, Summary
-from knittest.config.gates import GATES, Loosened, loosened
+from knittest.config.gates import GATES, loosened
 from knittest.config.run import Run
 from knittest.export import identity
 
@@ -23,10 +21,7 @@ Results = Mapping[str, float]
 
 
 def ensemble_results(specimens: Sequence[Results]) -> dict[str, Spread]:
-    """Mean, sd and values of each result over the specimens, all of which have the same keys; sd is 0 for one.
-
-    Of a result that one of them lacks (nan) neither mean nor sd is known.
-    """
+    """Mean, sd and values of each result over the specimens; sd is 0 for one specimen, nan if one lacks the result."""
     return {key: spread_of([float(specimen[key]) for specimen in specimens]) for key in specimens[0]}
 
 
@@ -42,10 +37,9 @@ def build_summary(
 ) -> Summary:
     """Build ``summary.json`` from the results of one specimen or, as mean, sd and values, of several.
 
-    A run that fails a quality gate has its comparison refused: ``refused`` lists why, and ``comparison`` stays empty.
-    ``limits`` lists those that are looser than the preset's. ``kinds`` are those of results that could be compared but
-    have no reference; ``assumed`` are the inputs that decide the results and that nobody vouches for; ``rest`` are the
-    numbers of the state that each specimen of yarns started from.
+    If a quality check fails, ``refused`` lists why and ``comparison`` is empty. ``limits`` lists the limits above the
+    preset's, ``kinds`` the kinds of results without a reference, ``assumed`` the assumed inputs, and ``rest`` the
+    initial equilibrium of each meso specimen.
     """
     found: Summary = {
         "rig": run.rig.kind,
@@ -53,52 +47,31 @@ def build_summary(
         "scale": run.model.scale,
         "direction": run.direction,
         "status": "completed",
-        "results": _folded(specimens),
-        "quality": _quality(quality),
-        "cost": _cost(cost),
-        "comparison": [] if quality.failures else [_row(row) for row in comparison],
+        "results": _fold_specimens(specimens),
+        "quality": {gate.key: getattr(quality, gate.key) for gate in GATES} | {"quasi_static": quality.quasi_static},
+        "cost": {key: getattr(cost, key) for key in CostBlock.__annotations__},  # type: ignore[typeddict-item]
+        "comparison": [] if quality.failures else [_fixed_keys(row) for row in comparison],
         "kinds": {} if quality.failures else dict(kinds or {}),
         "assumed": list(assumed),
         "refused": list(quality.failures),
         "warnings": list(quality.warnings),
-        "limits": [_limit(run, one) for one in loosened(run)],
+        "limits": [
+            Limit(name=o.name, value=o.value, preset=o.preset, unit=o.unit, accepted=run.accept_limits)
+            for o in loosened(run)
+        ],
     }
     if any(rest):
-        found["rest"] = _folded(of_all(rest))
+        found["rest"] = _fold_specimens(of_all(rest))
     return found
 
 
-def _folded(specimens: Sequence[Results]) -> dict[str, object]:
-    """Numbers of one specimen, or mean, sd and values of several, as the file has them."""
+def _fold_specimens(specimens: Sequence[Results]) -> dict[str, object]:
+    """Return the numbers of one specimen, or mean, sd and values of several, as in the file."""
     return folded(specimens[0] if len(specimens) == 1 else ensemble_results(specimens))
 
 
-def _quality(quality: Quality) -> dict[str, float | bool]:
-    return {gate.key: getattr(quality, gate.key) for gate in GATES} | {"quasi_static": quality.quasi_static}
-
-
-def _limit(run: Run, found: Loosened) -> Limit:
-    """A limit looser than the preset's, and whether that was accepted."""
-    return {
-        "name": found.name, "value": found.value, "preset": found.preset, "unit": found.unit,
-        "accepted": run.accept_limits,
-    }  # fmt: skip
-
-
-def _cost(cost: Cost) -> CostBlock:
-    return {
-        "wall_s": cost.wall_s,
-        "cpu_s": cost.cpu_s,
-        "compile_s": cost.compile_s,
-        "steps": cost.steps,
-        "elements": cost.elements,
-        "element_steps_per_s": cost.element_steps_per_s,
-        "threads": cost.threads,
-    }
-
-
-def _row(row: ComparisonRow) -> ComparisonRow:
-    """The row with the contract's keys only, in its order; a missing one is a ``KeyError`` here, not at a reader."""
+def _fixed_keys(row: ComparisonRow) -> ComparisonRow:
+    """Return the row with the fixed keys only, in their order; raises ``KeyError`` for a missing one."""
     optional = ComparisonRow.__optional_keys__
     keys = [key for key in ComparisonRow.__annotations__ if key in row or key not in optional]
     return {key: row[key] for key in keys}  # type: ignore
@@ -107,7 +80,7 @@ def _row(row: ComparisonRow) -> ComparisonRow:
 def first_manifest(
     run: Run, config_text: str, threads: int, data_files: Iterable[Path], cell: str | None
 ) -> dict[str, Any]:
-    """The manifest of a run that begins; ``cell`` is the digest of its relaxed cell, None for shells."""
+    """Return the manifest of a new run; ``cell`` is the digest of its relaxed cell, None at macro scale."""
     return {
         "status": "running",
         "version": knittest.__version__,
@@ -130,7 +103,7 @@ def first_manifest(
 
 
 def restarted_manifest(manifest: Mapping[str, Any], threads: int, notes: Mapping[str, Any]) -> dict[str, Any]:
-    """``manifest`` of a run that goes on, with ``notes`` on from where and what was changed by force."""
+    """Return the ``manifest`` of a resumed run, with ``notes`` on the checkpoint and on forced changes."""
     again = {"status": "running", "ended": None, "exit_code": None, "message": "", "threads": threads}
     here = {"pid": os.getpid(), "host": host_name()}
     return {**manifest, **again, **here, "resumed": [*manifest.get("resumed", []), {"time": now(), **notes}]}

@@ -1,6 +1,4 @@
-"""Pictures of yarns as shaded tubes: deformed.png, both faces coloured by force, and fabric.png of the relaxed
-fabric.
-"""
+"""Pictures of yarns as shaded tubes: deformed.png, both faces coloured by force, and the relaxed fabric."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,6 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+#: ends of a colour bar beyond which values lie
+Cut = Literal["neither", "both", "min", "max"]
 _COLOURS = ("#7b828a", "#f4cf6a", "#f08c3a", "#d3322f", "#7c0f36")
 _GROUND = "#23282e"
 _MARK = "#19e3ff"
@@ -53,33 +53,39 @@ class Scale:
 def strip_picture(path: Path, history: History, *, direction: Direction, title: str) -> None:
     """Draw the frame of the largest force and the last one, side by side and to scale, to ``path`` (PNG).
 
-    Beams are tubes of their own diameter, failed ones are left out, and two windows of 20 x 20 mm show the fracture;
-    shells are quads with deleted ones left out. ``direction`` is that of the pull. Raises :class:`ResourceError`.
+    Beam elements are tubes of their diameter, with two windows of 20 x 20 mm at the fracture, shell elements are quads;
+    failed ones are not drawn. ``direction`` is that of the load. Raises :class:`ResourceError`.
     """
+    from matplotlib.patches import Rectangle
+
     before = history.at_peak
     frames = (before, history.frames[-1])
     start = history.frames[0].position
     along = _pulled_axis(start, before.position)
-    positions = [_upright(frame.position, start, along) for frame in frames]
+    positions = [_turn_upright(frame.position, start, along) for frame in frames]
     force = "axial_force" if history.mesh.kind == "beams" else f"force_{direction}"
     scale = _scale(force, before)
-    box = _bounds(*positions)
+    box = _fit_window(*positions)
     zooms = history.mesh.kind == "beams"
     figure, strips, windows = _layout(box, zooms)
     for number, (axes, frame, position) in enumerate(zip(strips, frames, positions, strict=True)):
-        colour = _colours(history.mesh, frame.fields[force], scale)
+        colour = _colour_elements(history.mesh, frame.fields[force], scale)
         _draw(axes, history.mesh, frame, position, colour, box)
         axes.set_title(_caption(frame, float(history.curve["force_n"].max()), broken=number == 1), fontsize=9.5)
         axes.set_xlabel("across [mm]", fontsize=9)
         if zooms:
-            window = _window(_fracture(history.mesh, frames[1], position), box)
-            _draw(windows[number], history.mesh, frame, position, colour, window)
-            _mark_window(axes, windows[number], window, _ORDER[number])
-            _mark_breaks(axes, history.mesh, frame, position)
+            view = _zoom_window(_find_fracture(history.mesh, frames[1], position), box)
+            window, corner = windows[number], (view.left, view.bottom)
+            _draw(window, history.mesh, frame, position, colour, view)
+            axes.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
+            window.set_title(f"detail of the {_ORDER[number]}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm", fontsize=9.5)
+            window.yaxis.tick_right()
+            # a cross on each break of an inlay: a gap of a millimetre is hard to find in a whole strip
+            middle = position[history.mesh.cells[_broken_inlays(history.mesh, frame)]].mean(axis=1)
+            axes.plot(middle[:, 0], middle[:, 1], "x", color=_MARK, markersize=4.5, markeredgewidth=1.3)
     strips[0].set_ylabel(f"along the {direction} [mm]", fontsize=9)
-    _colour_bar(figure, scale, _cut(scale, [frame.fields[force][frame.fields["alive"] > 0] for frame in frames]))
-    figure.text(0.02, 0.975, title, fontsize=12, va="top")
-    save(figure, path)
+    cut = _cut(scale, [frame.fields[force][frame.fields["alive"] > 0] for frame in frames])
+    _finish(figure, path, title, scale, cut)
 
 
 def _pulled_axis(start: Array, pulled: Array) -> int:
@@ -91,8 +97,8 @@ def _pulled_axis(start: Array, pulled: Array) -> int:
     return int(np.argmax(stretch))
 
 
-def _upright(position: Array, reference: Array, along: int) -> Array:
-    """Turn the strip so that the pull is upwards, seen from the technical face (+z), its first corner at (0, 0)."""
+def _turn_upright(position: Array, reference: Array, along: int) -> Array:
+    """Turn the strip so that the load points upwards, seen from the technical face (+z), first corner at (0, 0)."""
     low, high = reference.min(axis=0), reference.max(axis=0)
     if along == 0:
         return np.stack([high[1] - position[:, 1], position[:, 0] - low[0], position[:, 2]], axis=1)
@@ -106,27 +112,29 @@ def _scale(force: str, before: Frame) -> Scale:
     largest = float(np.nanmax(np.abs(before.fields[force][alive]), initial=0.0)) or 1.0
     label = "fibre force per width [N/mm]"
     if force == "axial_force":
-        pale = f"pale: loops under less than {100.0 * _NEGLIGIBLE:g} % of the scale"
+        pale = f"pale: loops below {100.0 * _NEGLIGIBLE:g} % of the scale"
         label = f"axial force of the yarn [N] ({pale}; crosses: broken inlays)"
     colours = LinearSegmentedColormap.from_list("load", _COLOURS)
     return Scale(colours, Normalize(0.0, largest, clip=True), label, largest)
 
 
-def _bounds(before: Array, broken: Array) -> View:
-    """A window around both states; what a fracture threw further than the margin is cut off."""
+def _fit_window(before: Array, broken: Array) -> View:
+    """Window around both states; pieces beyond the margin are cut off."""
     low, high = before[:, :2].min(axis=0), before[:, :2].max(axis=0)
     margin = 0.1 * (high - low).min()
     low = np.maximum(np.fmin(low, broken[:, :2].min(axis=0)), low - margin) - 1.5
     high = np.minimum(np.fmax(high, broken[:, :2].max(axis=0)), high + margin) + 1.5
-    pixel = max(
-        float(np.sqrt((high - low).prod() / (_STRIP_PIXELS * present().pixels))),
-        _FINEST_PIXEL / present().pixels ** 0.5,
-    )
-    return View(low[0], high[0], low[1], high[1], pixel)
+    return _view(low, high, _STRIP_PIXELS, _FINEST_PIXEL)
+
+
+def _view(low: Array, high: Array, pixels: float, finest: float) -> View:
+    """View from ``low`` to ``high`` (2,) [mm] of at most ``pixels``, none smaller than ``finest`` [mm]."""
+    size = float(np.sqrt((high - low).prod() / (pixels * present().pixels)))
+    return View(low[0], high[0], low[1], high[1], max(size, finest / present().pixels ** 0.5))
 
 
 def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"]]:
-    """Axes whose sides have the very aspect of what they show [inch]: two strips, and two square windows."""
+    """Axes with true aspect [inch]: two strips, and two square windows."""
     aspect = (box.right - box.left) / (box.top - box.bottom)
     tall = min(9.0, 5.0 / aspect)
     wide, side = tall * aspect, max((tall - 0.8) / 2, _SMALLEST_WINDOW)
@@ -146,8 +154,8 @@ def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"
     return figure, strips, windows
 
 
-def _colours(mesh: Mesh, force: Array, scale: Scale) -> Array:
-    """Colour of each element, (n_el, 3); a knitting yarn without load worth naming stays pale."""
+def _colour_elements(mesh: Mesh, force: Array, scale: Scale) -> Array:
+    """Colour of each element, (n_el, 3); a knitting yarn with negligible load is pale."""
     colour = scale.rgb(force)
     if "knit" in mesh.part_names:
         slack = (mesh.part == mesh.part_names.index("knit")) & (np.abs(force) < _NEGLIGIBLE * scale.largest)
@@ -177,8 +185,8 @@ def _broken_inlays(mesh: Mesh, frame: Frame) -> NDArray[np.bool_]:
     return dead & (mesh.part != mesh.part_names.index("knit")) if "knit" in mesh.part_names else dead
 
 
-def _fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
-    """Place to look at, (2,) [mm]: the failed inlay element with most others near, of these the most central one."""
+def _find_fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
+    """Position of the fracture, (2,) [mm]: the failed inlay element with most others near it, nearest to the centre."""
     centre = (position[:, :2].min(axis=0) + position[:, :2].max(axis=0)) / 2
     middle = position[mesh.cells[_broken_inlays(mesh, broken)]].mean(axis=1)[:, :2]
     if not len(middle):
@@ -188,7 +196,7 @@ def _fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
     return best[np.argmin(np.hypot(*(best - centre).T))]
 
 
-def _window(centre: Array, box: View) -> View:
+def _zoom_window(centre: Array, box: View) -> View:
     """A square of 20 mm around ``centre``, moved inside the picture of the strip where it fits."""
     half = _ZOOM_MM / 2
     low, high = np.array([box.left, box.bottom]) + half, np.array([box.right, box.top]) - half
@@ -196,30 +204,15 @@ def _window(centre: Array, box: View) -> View:
     return View(x - half, x + half, y - half, y + half, _ZOOM_MM / (_ZOOM_PIXELS * present().pixels ** 0.5))
 
 
-def _mark_window(strip: "Axes", window: "Axes", view: View, name: str) -> None:
-    from matplotlib.patches import Rectangle
-
-    corner = (view.left, view.bottom)
-    strip.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
-    window.set_title(f"{name}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm of it", fontsize=9.5)
-    window.yaxis.tick_right()
-
-
-def _mark_breaks(strip: "Axes", mesh: Mesh, frame: Frame, position: Array) -> None:
-    """A cross on each break of an inlay: a gap of a millimetre is hard to find in a whole strip."""
-    middle = position[mesh.cells[_broken_inlays(mesh, frame)]].mean(axis=1)
-    strip.plot(middle[:, 0], middle[:, 1], "x", color=_MARK, markersize=4.5, markeredgewidth=1.3)
-
-
-def _cut(scale: Scale, forces: Sequence[Array]) -> Literal["neither", "both", "min", "max"]:
-    """Ends of the colour bar beyond which forces lie: a compressed yarn, or one that others left their load to."""
+def _cut(scale: Scale, forces: Sequence[Array]) -> Cut:
+    """Ends of the colour bar beyond which forces lie: a compressed yarn, or one that took over load."""
     found = np.concatenate(forces)
     low = bool(found.size and np.nanmin(found) < -_NEGLIGIBLE * scale.largest)
     high = bool(found.size and np.nanmax(found) > (1.0 + 1e-6) * scale.largest)
     return "both" if low and high else "min" if low else "max" if high else "neither"
 
 
-def _colour_bar(figure: "Figure", scale: Scale, cut: Literal["neither", "both", "min", "max"]) -> None:
+def _finish(figure: "Figure", path: Path, title: str, scale: Scale, cut: Cut) -> None:
     from matplotlib.cm import ScalarMappable
 
     total_w, total_h = figure.get_size_inches()
@@ -227,10 +220,11 @@ def _colour_bar(figure: "Figure", scale: Scale, cut: Literal["neither", "both", 
     bar = figure.colorbar(ScalarMappable(scale.norm, scale.cmap), cax=axes, orientation="horizontal", extend=cut)
     bar.set_label(scale.label, fontsize=9)
     bar.ax.tick_params(labelsize=8)
+    figure.text(0.02, 0.975, title, fontsize=12, va="top")
+    save(figure, path)
 
 
 def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
-    """The state, and its share of the largest force: the last one before a break has not all of it."""
     failed = int(np.count_nonzero(frame.fields["alive"] <= 0))
     share = 100.0 * frame.force / peak
     largest = "at the largest force" if share > 99.95 else f"at {share:.1f} % of the largest force"
@@ -240,11 +234,11 @@ def _caption(frame: Frame, peak: float, *, broken: bool) -> str:
 
 _PIXELS = 900_000
 _FINEST_FACE_PIXEL = 0.012  # mm
-#: share of the extent that is free around the yarns, 1.5 mm at most
+#: margin around the yarns over the extent, 1.5 mm at most
 _FREE = 0.06
-#: what stands at x and y: of a piece that lies along its yarns, and of one that is pulled along y
+#: labels of x and y: of a piece along its yarns, and of one loaded along y
 PLAN = ("x, along the weft [mm]", "y, along the warp [mm]")
-PULLED = ("across the pull [mm]", "along the pull [mm]")
+PULLED = ("across the load direction [mm]", "along the load direction [mm]")
 #: share of the beams whose force the colours hold [%]
 _SHOWN = 98.0
 
@@ -252,30 +246,28 @@ _SHOWN = 98.0
 def faces_picture(
     path: Path, mesh: Mesh, frame: Frame, *, title: str, note: str, axes_labels: tuple[str, str] = PLAN
 ) -> None:
-    """Draw the beams of ``frame`` from above and, turned about the vertical, from below, to ``path`` (PNG); x and y
-    have ``axes_labels``.
+    """Draw the beams of ``frame`` from above and from below, to ``path`` (PNG); x and y have ``axes_labels``.
 
-    Colours end at the force that 98 % of the beams stay below. Raises :class:`ResourceError`.
+    Colours span the forces of 98 % of the beams. Raises :class:`ResourceError`.
     """
     from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     force = frame.fields["axial_force"]
     largest = max(float(np.percentile(np.abs(force), _SHOWN)), 1e-6)
     norm, cmap = Normalize(-largest, largest, clip=True), colormaps["coolwarm"]
     colour = cmap(norm(force))[:, :3]
-    shown = frame.position[np.unique(mesh.cells)]  # images of a periodic cell are not
-    front = _view(shown, float(mesh.radius.max()))
+    shown = frame.position[np.unique(mesh.cells), :2]  # images of a periodic cell are not
+    free = min(_FREE * float(np.ptp(shown, axis=0).max()), 1.5) + float(mesh.radius.max())
+    front = _view(shown.min(axis=0) - free, shown.max(axis=0) + free, _PIXELS, _FINEST_FACE_PIXEL)
     size = np.array([front.right - front.left, front.top - front.bottom])
     tall = min(8.0, 12.0 / (2.0 * size[0] / size[1]))
     wide = tall * size[0] / size[1]
     figure = new_figure(2.0 * wide + 1.9, tall + 1.9)
     total = figure.get_size_inches()
     for k, (name, turn) in enumerate((("technical face", 1.0), ("back", -1.0))):
-        axes = figure.add_axes(
-            ((0.75 + k * (wide + 0.35)) / total[0], 1.1 / total[1], wide / total[0], tall / total[1])
-        )
+        left = (0.75 + k * (wide + 0.35)) / total[0]
+        axes = figure.add_axes((left, 1.1 / total[1], wide / total[0], tall / total[1]))
         view = front if turn > 0.0 else View(-front.right, -front.left, front.bottom, front.top, front.pixel)
         ends = (frame.position * [turn, 1.0, turn])[mesh.cells]
         image = render_tubes(ends[:, 0], ends[:, 1], mesh.radius, colour, view)
@@ -285,22 +277,9 @@ def faces_picture(
         axes.set_xlabel(axes_labels[0], fontsize=9)
         axes.tick_params(labelsize=8, labelleft=k == 0)
     figure.axes[0].set_ylabel(axes_labels[1], fontsize=9)
-    bar = figure.add_axes((0.75 / total[0], 0.5 / total[1], 1.0 - 1.5 / total[0], 0.13 / total[1]))
-    cut = "both" if np.abs(force).max() > largest else "neither"
-    figure.colorbar(ScalarMappable(norm, cmap), cax=bar, orientation="horizontal", extend=cut).set_label(
-        f"axial force of the yarn [N], {_SHOWN:g} % of the beams within", fontsize=9
-    )
-    figure.text(0.02, 0.975, title, fontsize=12, va="top")
-    save(figure, path)
-
-
-def _view(position: Array, radius: float) -> View:
-    free = min(_FREE * float(np.ptp(position[:, :2], axis=0).max()), 1.5) + radius
-    low, high = position[:, :2].min(axis=0) - free, position[:, :2].max(axis=0) + free
-    pixel = max(
-        float(np.sqrt((high - low).prod() / (_PIXELS * present().pixels))), _FINEST_FACE_PIXEL / present().pixels ** 0.5
-    )
-    return View(low[0], high[0], low[1], high[1], pixel)
+    label = f"axial force of the yarn [N], scale covers {_SHOWN:g} % of the beams"
+    cut: Cut = "both" if np.abs(force).max() > largest else "neither"
+    _finish(figure, path, title, Scale(cmap, norm, label, largest), cut)
 
 
 _PIXEL = 0.02  # mm
@@ -316,26 +295,23 @@ _VIEWS = (("face", 0.0, 0.0), ("back", 0.0, np.pi), ("oblique", -0.9, 0.5))
 def cell_picture(path: Path, cell: Cell, title: str) -> None:
     """Draw 4 x 4 cells to ``path`` (PNG), the wales upright. Raises :class:`ResourceError`."""
     count = _CELLS + 2 * _MARGIN
-    start, end, radius, colour = _tubes(centre_lines(cell, count, count, _FINER), cell.spec.radius)
+    start, end, radius, colour = _yarn_segments(centre_lines(cell, count, count, _FINER), cell.spec.radius)
     middle = 0.5 * count * np.array([cell.spec.wale, cell.spec.course, 0.0])
     width, height = _CELLS * cell.spec.wale, _CELLS * cell.spec.course
     view = View(-0.5 * width, 0.5 * width, -0.5 * height, 0.5 * height, _PIXEL)
     figure = new_figure(15.0, 0.9 + 4.8 * height / width)
     figure.suptitle(f"{title}: {width:.1f} x {height:.1f} mm, thickness {cell.thickness:.2f} mm")
     for axes, (name, about_x, about_y) in zip(figure.subplots(1, 3), _VIEWS, strict=True):
-        turn = _turn(about_x, about_y)
-        axes.imshow(
-            render_tubes((start - middle) @ turn.T, (end - middle) @ turn.T, radius, colour, view),
-            origin="lower",
-            extent=view.extent,
-        )
+        turn = _turn_matrix(about_x, about_y)
+        image = render_tubes((start - middle) @ turn.T, (end - middle) @ turn.T, radius, colour, view)
+        axes.imshow(image, origin="lower", extent=view.extent)
         axes.set_title(name)
         axes.set_axis_off()
     figure.tight_layout()
     save(figure, path)
 
 
-def _tubes(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Array, Array, Array]:
+def _yarn_segments(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Array, Array, Array]:
     """Start and end (n, 3) [mm], radius (n,) [mm] and colour (n, 3) of all segments of the yarns."""
     pieces = [len(p.points) - 1 for p in paths]
     colours = [_COLOUR.get(p.system, _COURSES[p.index % 2]) for p in paths]
@@ -347,7 +323,7 @@ def _tubes(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Arra
     )
 
 
-def _turn(about_x: float, about_y: float) -> Array:
+def _turn_matrix(about_x: float, about_y: float) -> Array:
     """Matrix (3, 3) that turns the fabric about y, then about x."""
     cx, sx, cy, sy = np.cos(about_x), np.sin(about_x), np.cos(about_y), np.sin(about_y)
     tilt = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])

@@ -150,19 +150,19 @@ def write_files(
     if options.pictures:
         with stamped(run_stamp(run, judgement.summary["refused"])), printed(options.printing):
             report.pictures(run, specimens, references, folder.path)
-    folder.write_comparison(judgement.comparison)
-    folder.write_summary(judgement.summary)
+    folder.write_json("comparison.json", judgement.comparison)
+    folder.write_json("summary.json", judgement.summary)
 
 
 def _write_tables(run: Run, specimens: list[Specimen], folder: RunFolder) -> None:
     """Write the tables that every test has."""
     first = specimens[0]
-    folder.write_curve(REPORTS[run.rig.kind].curve(specimens))
-    folder.write_energies(first.history.energies)
+    folder.write_table("curve.csv", REPORTS[run.rig.kind].curve(specimens))
+    folder.write_table("energies.csv", first.history.energies)
     if first.history.contacts:
-        folder.write_contacts(first.history.contacts)
+        folder.write_table("contacts.csv", first.history.contacts)
     if first.yarns:
-        folder.write_yarns(first.yarns)
+        folder.write_table("yarns.csv", first.yarns)
 
 
 def _write_frames(run: Run, specimen: Specimen, folder: RunFolder) -> None:

@@ -48,10 +48,10 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Fit:
-    """Fit of tools: the stamp enters the die's opening by ``depth`` of ``asked`` [mm].
+    """Fit of tools: the stamp enters the die's opening by ``depth`` of the stroke ``asked`` [mm].
 
-    ``die`` and ``holder`` are the clearances of the stamp. ``problems`` are sentences on what is impossible, ``doubts``
-    on what is suspicious although the user has stated it.
+    ``die`` and ``holder`` are the clearances of the stamp. ``problems`` are messages on what is impossible, ``doubts``
+    on what is suspicious but stated by the user.
     """
 
     depth: float
@@ -77,7 +77,7 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
     plan = _Plan(tools, stroke)
     die = smallest_clearance(tools.stamp, tools.die, stroke)
     holder = None if tools.holder is None else smallest_clearance(tools.stamp, tools.holder, stroke)
-    problems = [*plan.problems(), *_too_narrow(die, holder, stroke.thickness)]
+    problems = [*plan.problems(), *_clearance_problems(die, holder, stroke.thickness)]
     inverted = plan.upside_down()
     stated = [name for name in inverted if getattr(tools.by_name[name].stl, "rotation", None) is not None]
     problems += [text for name, text in inverted.items() if name not in stated]
@@ -86,14 +86,14 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
 
 
 def plan_problems(tools: ToolSet, stroke: Stroke) -> list[str]:
-    """Sentences on what height maps rule out, for ``tools`` that cannot be sampled."""
+    """Problems that height maps show, for ``tools`` that cannot be sampled."""
     return _Plan(tools, stroke).problems()
 
 
 def filled_share(tools: ToolSet, stroke: Stroke, cells: int) -> float:
-    """Share of the die's opening that the stamp fills, 0 where height maps rule the ``stroke`` out: without distances.
+    """Share of the die's opening that the stamp fills, by height maps; 0 if they show that the tools do not fit.
 
-    Edges are looked at only on maps of :data:`CELLS` cells.
+    Edges are checked only on maps of :data:`CELLS` cells.
     """
     plan = _Plan(tools, stroke, cells)
     impossible = plan.problems() or plan.gap < (1.0 - SHORT) * stroke.thickness
@@ -103,9 +103,9 @@ def filled_share(tools: ToolSet, stroke: Stroke, cells: int) -> float:
 def smallest_clearance(stamp: RigidTool, other: RigidTool, stroke: Stroke) -> Clearance:
     """Smallest distance over the blank between ``stamp`` and ``other`` while the stamp moves down."""
     found, top, half = [], float(other.solid.points[:, 2].max()), 0.5 * np.array(stroke.blank)
-    own = _within(stamp.asked, -half, half)
+    own = _points_within(stamp.asked, -half, half)
     low, high = own[:, :2].min(axis=0) - NEAR, own[:, :2].max(axis=0) + NEAR
-    around = _within(other.asked, np.maximum(low, -half), np.minimum(high, half))
+    around = _points_within(other.asked, np.maximum(low, -half), np.minimum(high, half))
     for travel in np.linspace(stroke.depth, 0.0, POSITIONS):
         down = np.array([0.0, 0.0, travel])
         moved = own - down
@@ -121,8 +121,8 @@ def smallest_clearance(stamp: RigidTool, other: RigidTool, stroke: Stroke) -> Cl
     return min(found, key=lambda clearance: clearance.size)
 
 
-def _within(points: Array, low: Array, high: Array) -> Array:
-    """The ``points`` (n, 3) between ``low`` and ``high`` (2,) in plan; all where there are none."""
+def _points_within(points: Array, low: Array, high: Array) -> Array:
+    """Return the ``points`` (n, 3) between ``low`` and ``high`` (2,) in plan, or all if there are none."""
     inside = ((points[:, :2] >= low) & (points[:, :2] <= high)).all(axis=1)
     return points[inside] if inside.any() else points
 
@@ -141,11 +141,11 @@ class _Plan:
 
     @property
     def depth(self) -> float:
-        """Depth [mm] by which fabric under the stamp lies in the die's opening at the end; 0 beside an opening."""
+        """Depth [mm] of the fabric under the stamp in the die's opening at the end; 0 outside an opening."""
         if not self._within_walls(self.between):
             return 0.0
         half = 0.5 * np.array(self.stroke.blank)
-        lowest = float(_within(self.tools.stamp.solid.points, -half, half)[:, 2].min()) - self.stroke.depth
+        lowest = float(_points_within(self.tools.stamp.solid.points, -half, half)[:, 2].min()) - self.stroke.depth
         rim = float(self.die.rim()[self.between].max())
         return max(rim - (lowest - self.stroke.thickness), 0.0)
 
@@ -164,23 +164,37 @@ class _Plan:
 
     def problems(self) -> list[str]:
         """Sentences on what is impossible."""
+        found = []
         if not self._within_walls(self.between):
-            found = [f"The stamp does not enter an opening of the die: {self._share(self.between, 'die')}."]
+            found.append(f"The stamp does not enter an opening of the die: {self._share_message(self.between, 'die')}.")
         elif self.depth < ENTERED * self.stroke.depth:
-            found = [self._shallow()]
-        else:
-            found = []
-        return [*found, *self._problems_of_holder()]
+            found.append(self._shallow_message())
+        if self.holder is None:
+            return found
+        between = np.isfinite(self.holder.rim()) & self.entering
+        if self.entering.any() and not self._within_walls(between):
+            found.append(
+                f"The stamp does not pass through an opening of the holder: {self._share_message(between, 'holder')}."
+            )
+        gap = -self.holder.height - self.die.height
+        common = gap[self.holder.there & self.die.there]
+        pressed = float(np.mean(common < common.min() + self.stroke.thickness)) if common.size else 0.0
+        if pressed < PRESSED:
+            found.append(
+                f"The holder presses on {100.0 * pressed:.2g} % of the die's face, expected at least "
+                f"{100.0 * PRESSED:.0f} %."
+            )
+        return found
 
     def doubts(self) -> list[str]:
         """Sentences on what is suspicious."""
         shallow = ENTERED * self.stroke.depth <= self.depth < FULL * self.stroke.depth
-        return [self._shallow()] if shallow else []
+        return [self._shallow_message()] if shallow else []
 
-    def _shallow(self) -> str:
+    def _shallow_message(self) -> str:
         return (
-            f"The stamp enters the die's opening by {self.depth:.3g} mm, expected {self.stroke.depth:g} mm: "
-            f"{100.0 * (1.0 - PROUD):.0f} % of the die lie below z = {self.die.face:.3g} mm."
+            f"The stamp enters the die's opening by {self.depth:.3g} mm, expected {self.stroke.depth:g} mm. The die's "
+            f"face is at z = {self.die.face:.3g} mm, where {100.0 * (1.0 - PROUD):.0f} % of the die lie below."
         )
 
     def upside_down(self) -> dict[str, str]:
@@ -207,30 +221,14 @@ class _Plan:
     def _within_walls(self, between: NDArray[np.bool_]) -> bool:
         return bool(between.any()) and between.sum() >= BETWEEN * self.entering.sum()
 
-    def _share(self, between: NDArray[np.bool_], name: str) -> str:
+    def _share_message(self, between: NDArray[np.bool_], name: str) -> str:
         if not self.entering.any():
-            return "no part of it is above the die's face"
+            return "no part of it lies over the die"
         share = 100.0 * between.sum() / self.entering.sum()
-        return f"{share:.0f} % of its area lie between walls of the {name}, expected at least {100.0 * BETWEEN:.0f} %"
-
-    def _problems_of_holder(self) -> list[str]:
-        if self.holder is None:
-            return []
-        between, found = np.isfinite(self.holder.rim()) & self.entering, []
-        if self.entering.any() and not self._within_walls(between):
-            found.append(f"The stamp does not pass through an opening of the holder: {self._share(between, 'holder')}.")
-        gap = -self.holder.height - self.die.height
-        common = gap[self.holder.there & self.die.there]
-        pressed = float(np.mean(common < common.min() + self.stroke.thickness)) if common.size else 0.0
-        if pressed < PRESSED:
-            found.append(
-                f"The holder presses on {100.0 * pressed:.2g} % of the die's face, expected at least "
-                f"{100.0 * PRESSED:.0f} %."
-            )
-        return found
+        return f"{share:.0f} % of its area lies between walls of the {name}, expected at least {100.0 * BETWEEN:.0f} %"
 
 
-def _too_narrow(die: Clearance, holder: Clearance | None, thickness: float) -> list[str]:
+def _clearance_problems(die: Clearance, holder: Clearance | None, thickness: float) -> list[str]:
     found = []
     if die.size < (1.0 - SHORT) * thickness:
         size = f"is {die.size:.3g} mm" if die.size > 0.0 else f"is negative, they overlap by {-die.size:.3g} mm"

@@ -1,7 +1,6 @@
 """Forming tools from a user's STL files: read, checked, repaired, placed on the fabric, sampled as height maps."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,59 +21,52 @@ Mask = NDArray[np.bool_]
 
 
 def mended(mesh: TriangleMesh, away: float, height: float) -> tuple[TriangleMesh, list[str]]:
-    """Closed body that ``mesh`` bounds, its triangles turning left seen from outside, and notes on what was changed.
+    """Closed body bounded by ``mesh``, with triangles that turn left seen from outside, and notes on changes.
 
-    Triangles are turned until neighbours agree. An open surface is taken for the skin of a body that goes on along z by
-    ``height`` [mm], upwards (``away`` = 1) or downwards (-1), away from the fabric: a copy of the skin closes it there.
-    Raises :class:`InputError` for a surface that is none.
+    Triangles are flipped until neighbours agree. An open surface is closed to a body that extends along z by ``height``
+    [mm], upwards (``away`` = 1) or downwards (-1), away from the fabric. Raises :class:`InputError` for any other one.
     """
     notes = []
-    disagreeing = _disagreeing(mesh)
+    disagreeing = _triangles_to_flip(mesh)
     if disagreeing.any():
         mesh = mesh.turned(disagreeing)
-        notes.append(f"{disagreeing.sum()} triangles faced another way than their neighbours: turned")
+        notes.append(f"{disagreeing.sum()} triangles with another orientation than their neighbours were flipped")
     skin = len(mesh.borders()) > 0
     outward = away * -float(mesh.normals[:, 2].sum()) if skin else mesh.volume
     if skin and abs(outward) < 1e-6 * float(np.linalg.norm(mesh.normals, axis=1).sum()):
-        raise InputError("an open surface that stands upright: which side of it is the body cannot be told")
+        raise InputError("an open vertical surface, of which the side of the body is unknown; close the surface")
     if outward < 0.0:
         mesh = mesh.turned()
-        notes.append("inverted, its triangles faced into the body: turned")
+        notes.append("all triangles faced inwards and were flipped")
     if skin:
-        mesh = _thickened(mesh, away * height)
+        corners, by = mesh.corners, np.array([0.0, 0.0, away * height])
+        begin, end = np.moveaxis(mesh.points[mesh.borders()], 1, 0)
+        sides = [np.stack([end, begin, begin + by], axis=1), np.stack([end, begin + by, end + by], axis=1)]
+        mesh = TriangleMesh.joined([corners, corners[:, ::-1] + by, *sides])
         way = "upwards" if away > 0.0 else "downwards"
-        notes.append(f"an open surface: taken for the skin of a body that goes on {height:.4g} mm {way}")
+        notes.append(f"an open surface, closed to a body that extends {height:.4g} mm {way}")
     return mesh, notes
 
 
-def _thickened(skin: TriangleMesh, shift: float) -> TriangleMesh:
-    """Body between ``skin`` and a copy of it moved along z by ``shift`` [mm]."""
-    corners, by = skin.corners, np.array([0.0, 0.0, shift])
-    begin, end = np.moveaxis(skin.points[skin.borders()], 1, 0)
-    sides = [np.stack([end, begin, begin + by], axis=1), np.stack([end, begin + by, end + by], axis=1)]
-    return TriangleMesh.joined([corners, corners[:, ::-1] + by, *sides])
+def _triangles_to_flip(mesh: TriangleMesh) -> NDArray[np.bool_]:
+    """Triangles (m,) to flip so that all neighbours agree, the fewer of each connected part.
 
-
-def _disagreeing(mesh: TriangleMesh) -> NDArray[np.bool_]:
-    """Triangles (m,) to turn so that all neighbours agree, the fewer of each connected part.
-
-    Every triangle is two nodes of a graph, as it is and turned. Neighbours that agree join like with like, others like
-    with unlike; then a choice for one triangle is one component, and a part both of whose choices are one has one side
-    only (a Moebius strip).
+    Each triangle is two nodes of a graph, unchanged and flipped. Neighbours that agree connect equal states, others
+    opposite ones. If both states of a triangle are in one component, the surface is one-sided (a Moebius strip).
     """
-    count, (a, b, differ) = len(mesh.triangles), _neighbours(mesh)
+    count, (a, b, differ) = len(mesh.triangles), _pair_neighbours(mesh)
     rows, columns = np.concatenate([a, a + count]), np.concatenate([b + count * differ, b + count * ~differ])
     graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(2 * count, 2 * count))
     _, label = connected_components(graph, directed=False)
     kept, turned = label[:count], label[count:]
     if (kept == turned).any():
-        raise InputError("a surface with one side only")
+        raise InputError("a one-sided surface (Moebius strip); expected the surface of a body")
     votes = np.bincount(kept, minlength=label.max() + 1)
     return (votes[turned] > votes[kept]) | ((votes[turned] == votes[kept]) & (turned < kept))
 
 
-def _neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_]]:
-    """Pairs of triangles at an edge, (n,) each, and whether both run along it the same way, which they must not."""
+def _pair_neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_]]:
+    """Pairs of triangles at an edge, (n,) each, and whether both run along it in the same direction (wrong)."""
     edges = mesh.edges
     owner = np.tile(np.arange(len(mesh.triangles)), 3)
     low, high = edges.min(axis=1), edges.max(axis=1)
@@ -86,7 +78,7 @@ def _neighbours(mesh: TriangleMesh) -> tuple[Index, Index, NDArray[np.bool_]]:
     return owner[first], owner[second], edges[first, 0] == edges[second, 0]
 
 
-#: extent of a tool over that of the blank outside of which it is taken for a slip of unit
+#: limits of the extent of a tool over that of the blank; beyond them the unit is wrong
 SMALLEST, LARGEST = 0.05, 20.0
 #: how far beyond the blank a tool is sampled [mm]
 RIM = 10.0
@@ -94,8 +86,8 @@ RIM = 10.0
 
 @dataclass(frozen=True)
 class Placement:
-    """Place of a file's body: its highest point (``away`` = -1) or its lowest (1) at ``face`` [mm], with the fabric, of
-    extent ``blank`` [mm] in x and y, up to ``height`` [mm] from there on its other side.
+    """Place of a file's body: highest (``away`` = -1) or lowest point (1) at ``face`` [mm]; the fabric, of lengths
+    ``blank`` [mm], comes up to ``height`` [mm] from there.
     """
 
     face: float
@@ -111,20 +103,25 @@ def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[Triang
     if stl.rotation is not None:
         mesh = mesh.rotated(stl.rotation)
     mesh = mesh.moved((stl.offset_x_mm, stl.offset_y_mm, 0.0), stl.scale)
-    _check_extent(path, mesh, place)
+    extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
+    if not SMALLEST * blank <= extent <= LARGEST * blank:
+        raise InputError(
+            f"{path}: size {extent:.3g} mm on a blank of {blank:g} mm; if the file is not in mm, set scale: 10 for "
+            "centimetres, 25.4 for inches, 1000 for metres, 0.001 for micrometres"
+        )
     try:
         body, notes = mended(mesh, place.away, 2.0 * place.height)  # its far side lies where nothing touches it
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if dropped:
-        notes.insert(0, f"{dropped} triangles without area: left out")
+        notes.insert(0, f"{dropped} triangles without area were removed")
     touched = mesh.points[:, 2]
     rise = place.face - float(touched.min() if place.away > 0.0 else touched.max())
     return body.moved((0.0, 0.0, rise)), [f"{path.name}: {note}" for note in notes]
 
 
 def stl_tool(stl: StlTool, body: TriangleMesh, place: Placement) -> Tool:
-    """``body`` for the kernel, sampled where the fabric may be; raises :class:`InputError`."""
+    """Sample ``body`` for the kernel where the fabric may be; raises :class:`InputError`."""
     half = 0.5 * np.array(place.blank) + RIM
     ends = sorted((place.face - place.away * place.height, place.face + place.away * place.height))
     try:
@@ -142,15 +139,6 @@ def sampled_distance(tool: Tool, points: Array) -> Array:
     return within + spacing * np.linalg.norm(place - nearest, axis=1)
 
 
-def _check_extent(path: Path, mesh: TriangleMesh, place: Placement) -> None:
-    extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
-    if not SMALLEST * blank <= extent <= LARGEST * blank:
-        raise InputError(
-            f"{path}: {extent:.3g} mm across on a blank of {blank:g} mm; another unit? scale: 10 for centimetres, "
-            f"25.4 for inches, 1000 for metres, 0.001 for micrometres"
-        )
-
-
 #: cells along the longer side of the blank
 CELLS = 200
 #: share of the area of a tool that may stand higher than its face
@@ -163,7 +151,7 @@ EDGE_ON = 1e-6
 
 @dataclass(frozen=True)
 class HeightMap:
-    """Height [mm] of a body over a grid in plan with cells of ``cell`` [mm], row 0 at the lowest y; -inf beside it.
+    """Height [mm] of a body over a grid in plan with cells of ``cell`` [mm], row 0 at the lowest y; -inf outside.
 
     Seen from below, heights are counted downwards: ``height`` is -z of the lowest surface.
     """
@@ -219,7 +207,7 @@ class HeightMap:
 
 
 def touching(region: Mask, seed: Mask) -> Mask:
-    """The connected parts of a ``region`` that hold a cell of ``seed``."""
+    """Return the connected parts of a ``region`` with a cell of ``seed``."""
     part, _ = label(region)
     found: Mask = region & np.isin(part, np.unique(part[seed & region]))
     return found

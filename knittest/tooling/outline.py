@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import Delaunay
 
-from knittest.config.tools import DomeStamp, Stamp, TStamp
+from knittest.config.tools import Stamp
 from knittest.kernels.tool_shapes import edge_distances
 from knittest.models.surface import TriangleMesh
 from knittest.models.tool import Tool, swept
@@ -44,17 +44,18 @@ class Outline:
         found = np.full(len(p), np.inf)
         for centre, radius, start, span in zip(self.centre, self.radius, self.start, self.span, strict=True):
             off = p - centre
-            passed = np.flatnonzero(_passed(off, start, span))
+            passed = np.flatnonzero(_is_in_arc(off, start, span))
             _keep_nearer(found, passed, np.sign(span) * (np.hypot(off[passed, 0], off[passed, 1]) - radius))
         for begin, end in self._lines():
-            near = np.flatnonzero(_from_endless_line(p, begin, end) <= np.abs(found) + SLACK)
-            _keep_nearer(found, near, _from_line(p[near], begin, end))
+            x, y = end - begin
+            length = max(float(np.linalg.norm(end - begin)), 1e-9)
+            from_endless_line = np.abs((p[:, 0] - begin[0]) * y - (p[:, 1] - begin[1]) * x) / length
+            near = np.flatnonzero(from_endless_line <= np.abs(found) + SLACK)
+            _keep_nearer(found, near, _distance_from_line(p[near], begin, end))
         return found
 
     def stations(self, longest: float, reach: float = 0.0) -> tuple[Array, Array]:
-        """Points (n, 2) on the outline at most ``longest`` [mm] apart, also where it is moved outwards by ``reach``,
-        and outward normals (n, 2).
-        """
+        """Points and outward normals (n, 2), at most ``longest`` [mm] apart, also on an outline offset by ``reach``."""
         points, normals = [], []
         lines = self._lines()
         for k in range(len(self.radius)):
@@ -70,7 +71,9 @@ class Outline:
                 share = np.arange(1, count)[:, None] / count
                 points.append(begin + share * (end - begin))
                 normals.append(np.repeat(normals[-1][-1:], count - 1, axis=0))
-        return _distinct(np.vstack(points), np.vstack(normals))
+        path = np.vstack(points)
+        distinct = np.linalg.norm(path - np.roll(path, 1, axis=0), axis=1) > 1e-9
+        return path[distinct], np.vstack(normals)[distinct]
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -128,8 +131,8 @@ def rectangle(length_x: float, length_y: float, radius: float) -> Outline:
     return rounded_polygon([(-x, -y), (x, -y), (x, y), (-x, y)], np.full(4, radius))
 
 
-def _passed(off: Array, start: float, span: float) -> NDArray[np.bool_]:
-    """Tell whether the rays of an arc from direction ``start`` over ``span`` [rad] pass ``off`` (n, 2) its centre."""
+def _is_in_arc(off: Array, start: float, span: float) -> NDArray[np.bool_]:
+    """Return whether rays of an arc from ``start`` over ``span`` [rad] meet points ``off`` (n, 2) from its centre."""
     if abs(span) >= 2.0 * pi:
         return np.ones(len(off), bool)
     bend, end, x, y = np.sign(span), start + span, off[:, 0], off[:, 1]
@@ -145,14 +148,7 @@ def _keep_nearer(found: Array, index: NDArray[np.intp], candidate: Array) -> Non
     found[index[nearer]] = candidate[nearer]
 
 
-def _from_endless_line(p: Array, begin: Array, end: Array) -> Array:
-    """Distance of ``p`` (n, 2) from the line through a piece of it: at most that from the piece."""
-    along = end - begin
-    length = max(float(np.linalg.norm(along)), 1e-9)
-    return np.abs((p[:, 0] - begin[0]) * along[1] - (p[:, 1] - begin[1]) * along[0]) / length
-
-
-def _from_line(p: Array, begin: Array, end: Array) -> Array:
+def _distance_from_line(p: Array, begin: Array, end: Array) -> Array:
     """Distance of ``p`` (n, 2) from a piece of straight line, negative on its left; infinite for one without length."""
     along = end - begin
     length = float(np.linalg.norm(along))
@@ -166,23 +162,11 @@ def _from_line(p: Array, begin: Array, end: Array) -> Array:
     return np.where(side >= 0.0, 1.0, -1.0) * np.hypot(rest[:, 0], rest[:, 1])
 
 
-def _distinct(points: Array, normals: Array) -> tuple[Array, Array]:
-    """Points and normals without those that repeat the one before, round the end."""
-    gap = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1)
-    return points[gap > 1e-9], normals[gap > 1e-9]
-
-
 def stamp_outline(stamp: Stamp) -> Outline:
     """Sharp outline of the bottom of a stamp by dimensions; the box round it is centred on the origin."""
-    return _t_outline(stamp.t) if stamp.kind == "t" else _dome_outline(stamp.hemisphere)
-
-
-def stamp_edge(stamp: Stamp) -> float:
-    """Radius of the edge round the stamp's bottom [mm]: a hemisphere is all edge."""
-    return stamp.t.edge_radius_mm if stamp.kind == "t" else stamp.hemisphere.radius_mm
-
-
-def _t_outline(t: TStamp) -> Outline:
+    if stamp.kind != "t":
+        return circle(stamp.hemisphere.radius_mm)
+    t = stamp.t
     bar, stem = 0.5 * t.bar_length_mm, 0.5 * t.stem_width_mm
     top = 0.5 * (t.bar_width_mm + t.stem_length_mm)
     side = top - t.bar_width_mm
@@ -193,14 +177,8 @@ def _t_outline(t: TStamp) -> Outline:
     return rounded_polygon(corners, [outer, inner, outer, outer, outer, outer, inner, outer])
 
 
-def _dome_outline(dome: DomeStamp) -> Outline:
-    return circle(dome.radius_mm)
-
-
 def wall(lower: Array, upper: Array) -> Array:
-    """Triangles between two rings of as many points, (n, 3) each; seen from outside ``upper`` is above a ring that
-    turns left seen from above.
-    """
+    """Triangles between two rings (n, 3) that turn left seen from above; ``upper`` is above seen from outside."""
     low, high = np.roll(lower, -1, axis=0), np.roll(upper, -1, axis=0)
     return np.concatenate([np.stack([lower, low, high], axis=1), np.stack([lower, high, upper], axis=1)])
 
@@ -262,7 +240,7 @@ class SweptEdge:
         return found
 
     def tool(self, height: float) -> Tool:
-        """The tool for the kernel; its wall is touched up to ``height`` [mm] from the face."""
+        """Tool for the kernel; its wall reaches up to ``height`` [mm] from the face."""
         beyond = max(self.offset + self.reach, height * tan(self.draft)) + MARGIN
         smallest = min(self.outline.concave_radius - self.offset, float(self.outline.radius.min()))
         low, high = self.outline.bounds
@@ -279,16 +257,16 @@ class SweptEdge:
         profile = self._profile(height)
         plan, normal = self.outline.stations(LONGEST, max(self._across(profile[-1, 0]), 0.0))
         rings = [
-            _at(plan + self._across(across) * normal, self.face + depth * (1.0 if self.down else -1.0))
+            _lift(plan + self._across(across) * normal, self.face + depth * (1.0 if self.down else -1.0))
             for across, depth in profile
         ]
         pairs = pairwise(rings)
         parts = [wall(a, b) if self.inside == self.down else wall(b, a) for a, b in pairs]
         ends = (float(rings[0][0, 2]), float(rings[-1][0, 2]))
-        border = [] if outer is None else [_at(outer.stations(LONGEST)[0], end) for end in ends]
+        border = [] if outer is None else [_lift(outer.stations(LONGEST)[0], end) for end in ends]
         for k, up in ((0, not self.down), (-1, self.down)):
             if np.ptp(rings[k][:, 0]) > LONGEST:  # a hemisphere's face is a point
-                within = partial(self._body_at, edge=self._across(profile[k, 0]), outer=outer)
+                within = partial(self._is_body, edge=self._across(profile[k, 0]), outer=outer)
                 parts.append(cap([rings[k], *border[k:][:1]], within, up))
         if border:
             parts.append(wall(*sorted(border, key=lambda ring: float(ring[0, 2]))))
@@ -298,8 +276,8 @@ class SweptEdge:
         """Distance in plan from the sharp edge, negative over the face, from that of the outline; and the reverse."""
         return plan if self.inside else self.offset - plan
 
-    def _body_at(self, points: Array, edge: float, outer: Outline | None) -> NDArray[np.bool_]:
-        """Tell whether the body is at ``points`` (n, 2) of a height at which it ends at ``edge`` from the outline."""
+    def _is_body(self, points: Array, edge: float, outer: Outline | None) -> NDArray[np.bool_]:
+        """Return whether ``points`` (n, 2) are in the body where it ends at ``edge`` from the outline."""
         distance = self.outline.distance(points)
         if outer is None:
             return distance < edge
@@ -314,6 +292,6 @@ class SweptEdge:
         return np.vstack([edge, [height * tan(self.draft), height]])
 
 
-def _at(plan: Array, height: float) -> Array:
+def _lift(plan: Array, height: float) -> Array:
     """Points in plan (n, 2) at a ``height``: (n, 3)."""
     return np.column_stack([plan, np.full(len(plan), height)])

@@ -1,6 +1,7 @@
-"""Changes of files that make tools fit: another rotation, another place, stamp and die swapped, another unit."""
+"""Changes of files that make tools fit: rotation, place, stamp and die swapped, unit."""
 
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, combinations, product
 
@@ -31,16 +32,16 @@ class Change:
 
     @property
     def settings(self) -> list[str]:
-        """The change as settings of a run, ``rig.NAME.stl.FIELD=VALUE``."""
+        """Settings of a run, ``rig.NAME.stl.FIELD=VALUE``."""
         return [
-            f"rig.{name}.stl.{field}={_text(value)}"
+            f"rig.{name}.stl.{field}={_setting_text(value)}"
             for name, fields in self.fields.items()
             for field, value in fields.items()
         ]
 
 
 def axis_rotations() -> list[Degrees]:
-    """The 24 rotations that turn axes into axes, as angles about x, y and z [deg]; those about x alone first."""
+    """Return the 24 rotations of axes into axes, as angles about x, y and z [deg]; those about x alone first."""
     found: dict[bytes, Degrees] = {}
     angles = sorted(
         product((0.0, 90.0, -90.0, 180.0), repeat=3),
@@ -53,11 +54,11 @@ def axis_rotations() -> list[Degrees]:
 
 
 def fitting_change(tools: ToolSet, stroke: Stroke) -> Change | None:
-    """The smallest change of files with which ``tools`` fit, None where there is no such change.
+    """Find the smallest change of files with which ``tools`` fit; None if there is none.
 
-    Tried are files moved to the middle of the blank; stamp and die swapped; rotations of each tool, of two and of all
-    together, first those with which the stamp fills the die's opening best; other units; and rotations of tools that
-    are moved to the middle too. Each is tried on a coarse grid first.
+    Candidates: files moved to the middle of the blank; stamp and die swapped; rotations of one, two and all tools,
+    starting with those that fill the die's opening best; other units; rotations of centred tools. Each is tried on a
+    coarse grid first.
     """
     search = _Search(tools, stroke)
     groups = chain(
@@ -88,26 +89,24 @@ class _Search:
             ]
 
     def ranked(self, changes: list[Change]) -> list[Change]:
-        """The ``changes`` that height maps allow, the best filled opening first, the plainest of equals first."""
-        filled = [(self._filled(change, FEW_CELLS), k) for k, change in enumerate(changes)]
-        return [
-            changes[k] for share, k in sorted(filled, key=lambda pair: (-round(pair[0], 1), pair[1])) if share > 0.0
-        ]
+        """Sort the ``changes`` that height maps allow by the share of the filled opening."""
+        filled = [(self._share_filled(change, FEW_CELLS), change) for change in changes]
+        return [change for share, change in sorted(filled, key=lambda pair: -round(pair[0], 1)) if share > 0.0]
 
     def centred(self) -> Iterator[Change]:
-        away = {name: self._offset(self.tools.by_name[name]) for name in self.files}
-        for names in self._groups():
+        away = {name: self._offset_to_middle(self.tools.by_name[name]) for name in self.files}
+        for names in self._groups_of_files():
             if all(away[name] for name in names):
                 yield Change({name: away[name] for name in names})
 
     def moved(self, change: Change) -> Iterator[Change]:
-        """The ``change`` with all its tools moved to the middle of the blank, if that is another one."""
-        made = self._set(change, COARSE)
-        away = {} if made is None else {name: self._offset(made.by_name[name]) for name in change.fields}
+        """Yield the ``change`` with its tools moved to the middle of the blank, if they are elsewhere."""
+        made = self._make_set(change, COARSE)
+        away = {} if made is None else {name: self._offset_to_middle(made.by_name[name]) for name in change.fields}
         if any(away.values()):
             yield Change({name: {**fields, **away[name]} for name, fields in change.fields.items()})
 
-    def _offset(self, tool: RigidTool) -> dict[str, object]:
+    def _offset_to_middle(self, tool: RigidTool) -> dict[str, object]:
         """Fields that move ``tool`` to the middle of the blank; none if it is there."""
         assert tool.stl is not None
         points = tool.solid.points[:, :2]
@@ -122,48 +121,46 @@ class _Search:
             yield Change({"stamp": {"path": self.files["die"].path}, "die": {"path": self.files["stamp"].path}})
 
     def scaled(self) -> Iterator[Change]:
-        for names in reversed(self._groups()):
+        for names in reversed(self._groups_of_files()):
             for scale in SCALES:
                 yield Change({name: {"scale": self.files[name].scale * scale} for name in names})
 
     def fits(self, change: Change, coarsest: float) -> bool:
-        """Tell whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's, if coarser."""
+        """Return whether the tools fit with ``change``, on a grid of ``coarsest`` [mm] or the file's, if coarser."""
         try:
-            tools = self._set(change, coarsest)
+            tools = self._make_set(change, coarsest)
             return (
-                tools is not None and self._filled(change, CELLS) > 0.0 and not measure_fit(tools, self.stroke).problems
+                tools is not None
+                and self._share_filled(change, CELLS) > 0.0
+                and not measure_fit(tools, self.stroke).problems
             )
         except InputError:  # a body that cannot be sampled as it lies
             return False
 
-    def _filled(self, change: Change, cells: int) -> float:
-        tools = self._set(change, COARSE)
+    def _share_filled(self, change: Change, cells: int) -> float:
+        tools = self._make_set(change, COARSE)
         return 0.0 if tools is None else filled_share(tools, self.stroke, cells)
 
-    def _groups(self) -> list[tuple[str, ...]]:
-        names = list(self.files)
-        return [group for size in range(1, len(names) + 1) for group in combinations(names, size)]
+    def _groups_of_files(self) -> list[tuple[str, ...]]:
+        sizes = range(1, len(self.files) + 1)
+        return [group for size in sizes for group in combinations(self.files, size)]
 
-    def _set(self, change: Change, coarsest: float) -> ToolSet | None:
+    def _make_set(self, change: Change, coarsest: float) -> ToolSet | None:
         made = {}
         for name, fields in change.fields.items():
             spacing = max(self.files[name].spacing, coarsest)
-            tool = self._made(name, self.files[name].model_copy(update={**fields, "spacing": spacing}))
-            if tool is None:
+            stl = self.files[name].model_copy(update={**fields, "spacing": spacing})
+            if (name, stl) not in self.known:
+                self.known[name, stl] = None
+                with suppress(InputError):
+                    self.known[name, stl] = self.tools.by_name[name].changed(**stl.model_dump())
+            if (tool := self.known[name, stl]) is None:
                 return None
             made[name] = tool
         return replace(self.tools, **made)
 
-    def _made(self, name: str, stl: StlTool) -> RigidTool | None:
-        if (name, stl) not in self.known:
-            try:
-                self.known[name, stl] = self.tools.by_name[name].changed(**stl.model_dump())
-            except InputError:
-                self.known[name, stl] = None
-        return self.known[name, stl]
 
-
-def _text(value: object) -> str:
+def _setting_text(value: object) -> str:
     if isinstance(value, tuple):
         return "[" + ",".join(f"{float(part):g}" for part in value) + "]"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

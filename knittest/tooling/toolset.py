@@ -15,15 +15,15 @@ from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, ch
 from knittest.models.surface import TriangleMesh, distances, read_stl
 from knittest.models.tool import Tool
 from knittest.tooling.from_stl import CELLS, HeightMap, Placement, sampled_distance, stl_body, stl_tool
-from knittest.tooling.outline import SweptEdge, rectangle, stamp_edge, stamp_outline
+from knittest.tooling.outline import SweptEdge, rectangle, stamp_outline
 
 Array = NDArray[np.float64]
 
-#: what the meshes show of bodies that have no end for the kernel [mm]: walls beyond the depth, thickness of the holder,
+#: size of the meshes of bodies that are endless for the kernel [mm]: walls beyond the depth, thickness of the holder,
 #: die and holder beyond the blank, radius of their corners
 SPARE, PLATE, RIM, CORNER = 20.0, 10.0, 20.0, 10.0
-#: distance of the points at which bodies from files are asked for the gap between them [mm]: a large triangle may run
-#: through another body with no corner in it
+#: distance of points at which the gap of bodies from files is measured [mm]: a large triangle may cross another body
+#: with no corner in it
 BETWEEN = 3.0
 #: numbers of cubes along x, y and z as one number: a tool is at most 1e5 cubes long
 CUBES = np.array([1, 10**6, 10**12])
@@ -47,7 +47,7 @@ class RigidTool:
 
     @cached_property
     def tool(self) -> Tool:
-        """The tool for the kernel."""
+        """Tool for the kernel."""
         return self.make()
 
     def distance(self, points: Array) -> Array:
@@ -64,7 +64,7 @@ class RigidTool:
 
     @cached_property
     def asked(self) -> Array:
-        """Points of its surface [mm], (n, 3), that stand for it where a gap is asked for."""
+        """Points of its surface [mm], (n, 3), at which gaps are measured."""
         if self.exact is not None:
             return self.solid.points
         points = self.solid.spread(BETWEEN)  # long triangles have many more than one in a cube of half the distance
@@ -87,7 +87,7 @@ class RigidTool:
 
 @dataclass(frozen=True)
 class ToolSet:
-    """The tools of a run."""
+    """Tools of a run."""
 
     stamp: RigidTool
     die: RigidTool
@@ -95,7 +95,7 @@ class ToolSet:
 
     @property
     def by_name(self) -> dict[str, RigidTool]:
-        """The tools there are, by name."""
+        """Existing tools by name."""
         named = {"stamp": self.stamp, "die": self.die}
         return named if self.holder is None else {**named, "holder": self.holder}
 
@@ -108,10 +108,10 @@ class ToolSet:
 def build_tools(
     stamp: Stamp, die: Die, holder: Holder | None, depth: float, thickness: float, blank: tuple[float, float]
 ) -> ToolSet:
-    """Tools on a ``blank`` (lengths along x and y) of ``thickness``, centred on the origin, drawn ``depth`` deep [mm].
+    """Build tools for a centred ``blank`` (lengths along x and y) of ``thickness``, formed to ``depth`` [mm].
 
-    The fabric's middle is at z = 0: the die's face lies at -thickness / 2, the holder's at thickness / 2, and the
-    stamp's lowest point too. Raises :class:`InputError` for dimensions or files that do not make tools.
+    The middle of the fabric is at z = 0, the die's face at -thickness / 2, the holder's face and the lowest point of
+    the stamp at thickness / 2. Raises :class:`InputError` for dimensions or files that do not make tools.
     """
     try:
         check_fit(stamp, die, holder, depth)
@@ -122,38 +122,33 @@ def build_tools(
     def opened(opening: Opening, face: float, height: float, down: bool) -> RigidTool:
         if opening.stl is not None:
             return from_file(opening.stl, Placement(face, 1.0 if down else -1.0, tall, blank))
-        edge = SweptEdge(
-            stamp_outline(stamp), face, opening.edge_radius_mm, inside=False, down=down,
-            offset=opening_offset(stamp, opening, depth),
-        )  # fmt: skip
-        return _opening(edge, height, blank)
+        offset = opening_offset(stamp, opening, depth)
+        edge = SweptEdge(stamp_outline(stamp), face, opening.edge_radius_mm, inside=False, down=down, offset=offset)
+        low, high = edge.outline.bounds
+        wide = 2.0 * (np.maximum(-low, high) + edge.offset + edge.radius)
+        if (wide > np.array(blank)).any():
+            raise InputError(f"rig.stamp: its opening is {wide.max():.4g} mm wide; expected less than the blank")
+        outer = rectangle(blank[0] + 2.0 * RIM, blank[1] + 2.0 * RIM, CORNER)
+        return RigidTool(edge.solid(max(height, edge.radius + 1.0), outer), partial(edge.tool, height), edge.distance)
 
-    punch = (
-        from_file(stamp.stl, Placement(above, 1.0, tall, blank))
-        if stamp.stl is not None
-        else _punch(stamp, above, tall)
-    )
-    block = opened(die, -above, tall, down=False)
+    if stamp.stl is not None:
+        punch = from_file(stamp.stl, Placement(above, 1.0, tall, blank))
+    else:
+        punch = _punch(stamp, above, tall)
     plate = None if holder is None else opened(holder, above, PLATE, down=True)
-    return ToolSet(punch, block, plate)
+    return ToolSet(punch, opened(die, -above, tall, down=False), plate)
 
 
 def _punch(stamp: Stamp, face: float, tall: float) -> RigidTool:
     outline = stamp_outline(stamp)
     if tall * tan(stamp.draft) > outline.concave_radius - FLAT:
-        wide = f"widens the stamp by {tall * tan(stamp.draft):.3g} mm at its top"
-        raise InputError(f"rig.stamp.t.draft_angle: {wide}, which must leave its inner corners a radius")
-    edge = SweptEdge(outline, face, stamp_edge(stamp), inside=True, down=True, draft=stamp.draft)
+        raise InputError(
+            f"rig.stamp.t.draft_angle: widens the stamp by {tall * tan(stamp.draft):.3g} mm at its top; expected less "
+            f"than the radius of its inner corners, {outline.concave_radius:.3g} mm"
+        )
+    radius = stamp.t.edge_radius_mm if stamp.kind == "t" else stamp.hemisphere.radius_mm  # a hemisphere is all edge
+    edge = SweptEdge(outline, face, radius, inside=True, down=True, draft=stamp.draft)
     return RigidTool(edge.solid(max(tall, edge.radius + 1.0)), partial(edge.tool, tall), edge.distance)
-
-
-def _opening(edge: SweptEdge, height: float, blank: tuple[float, float]) -> RigidTool:
-    low, high = edge.outline.bounds
-    wide = 2.0 * (np.maximum(-low, high) + edge.offset + edge.radius)
-    if (wide > np.array(blank)).any():
-        raise InputError(f"rig.stamp: its opening is {wide.max():.4g} mm wide; expected one within the blank")
-    outer = rectangle(blank[0] + 2.0 * RIM, blank[1] + 2.0 * RIM, CORNER)
-    return RigidTool(edge.solid(max(height, edge.radius + 1.0), outer), partial(edge.tool, height), edge.distance)
 
 
 def from_file(stl: StlTool, place: Placement, mesh: TriangleMesh | None = None) -> RigidTool:

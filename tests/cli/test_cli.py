@@ -193,7 +193,7 @@ def test_compare_takes_a_plain_curve_and_names_the_runs_to_choose_from(tmp_path,
     assert run(["compare", warp, "--against", str(plain), "--width", "50", "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     assert (said["peak_error_pct"], said["rmse_force_n"], said["rating"]) == (0.0, 0.0, None)
-    assert "taken as measured" in said["note"] and "# direction: warp" in said["no_rating"]
+    assert "counts as measured" in said["note"] and "# direction: warp" in said["no_rating"]
     plain.write_text(f"# direction: warp\n{plain.read_text()}")
     assert run(["compare", warp, "--against", str(plain), "--width", "50", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["rating"]["grade"] == "excellent"

@@ -277,10 +277,10 @@ REJECTED: dict[str, tuple[Callable[[], Export], str]] = {
     "names that nobody foresaw": (lambda: text(lines(["Kanal A", "Kanal B"], B)), '--column force="Kanal A" --column'),
     "an extensometer alone, taken off": (
         lambda: text(lines(["Force [N]", "Strain [%]"], (F, taken_off(E)))),
-        "it turns negative|it falls",
+        "its strain turns negative|its strain falls",
     ),
     "an extensometer alone, and the distance of the grips": (
-        lambda: text(lines(["Force [N]", "Extensometer [mm]"], (F, E))), "no row 'extensometer gauge length;...;mm'",
+        lambda: text(lines(["Force [N]", "Extensometer [mm]"], (F, E))), "add a row 'extensometer gauge length;...;mm'",
     ),
     "a strain in the wrong unit": (
         lambda: text(lines(["Force [N]", "Travel [mm]", "Strain [%]"], (F, TRAVEL, E / 100.0))),

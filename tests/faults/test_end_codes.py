@@ -102,7 +102,7 @@ def test_a_lock_left_in_a_finished_run_does_not_give_it_away(tmp_path, capsys, c
     (folder / LOCK_NAME).write_bytes(content)
     before = (folder / "manifest.json").read_bytes()
     assert run(["tensile", *QUICK, "--out", str(folder)]) == 2
-    assert "holds a completed run" in capsys.readouterr().err
+    assert "contains a completed run" in capsys.readouterr().err
     assert (folder / "manifest.json").read_bytes() == before and (folder / "config.yaml").is_file()
 
 

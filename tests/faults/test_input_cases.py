@@ -58,16 +58,16 @@ FABRICS = {
 }
 
 TABLES = {
-    "16 thousands or decimals": ("Weg;Kraft\n0;0\n1.234;5\n", "'1.234' could be a thousand or a decimal"),
-    "17 NaN": ("Weg;Kraft\n0;0\n1;nan\n", "has 1 points; at least two are needed (1 row with empty cells left out"),
+    "16 thousands or decimals": ("Weg;Kraft\n0;0\n1.234;5\n", "'1.234' may contain a thousands separator"),
+    "17 NaN": ("Weg;Kraft\n0;0\n1;nan\n", "has 1 points; at least two are needed (1 row with empty cells skipped"),
     "17 text": ("Weg;Kraft\n0;0\n1;abc\n", "export.csv:3: 'abc' is not a number"),
-    "17 travel goes back": ("Weg;Kraft\n0;0\n2;5\n1;6\n", "export.csv:4: specimen export: the travel goes back"),
+    "17 travel goes back": ("Weg;Kraft\n0;0\n2;5\n1;6\n", "export.csv:4: specimen export: the travel falls"),
     "17 travel stays": ("Weg;Kraft\n2;0\n2;5\n2;6\n", "export.csv:4: specimen export: the travel does not rise"),
     "18 one point": ("Weg;Kraft\n0;0\n", "has 1 points; at least two are needed"),
-    "19 ragged, short": ("Weg;Kraft\n0;0\n1\n", "export.csv:3: '' is not a number"),
+    "19 ragged, short": ("Weg;Kraft\n0;0\n1\n", "export.csv:3: the row has one cell for 2 columns"),
     "19 ragged, long": ("Weg,Kraft\n0,0\n1,5,2,5\n", "export.csv:3: 4 cells below 2 columns"),
     "19 truncated": ("Weg;Kraft\nmm;", "has 0 points"),
-    "19 no table": ("Datum;Zeit\n1;2\n", "no row names a force"),
+    "19 no table": ("Datum;Zeit\n1;2\n", "no header row names a force"),
 }
 
 
@@ -172,7 +172,7 @@ def finished_run(folder: Path, strain, force) -> Path:
 @pytest.mark.parametrize(
     ("text", "phrase"),
     [
-        ("5,1\n6,2\n7,3\n", "the curves share no range"),
+        ("5,1\n6,2\n7,3\n", "the curves have no common range"),
         ("0,3\n1,3\n2,3\n", "the reference curve is constant"),
         ("0,1\n1,2\n", "the reference curve has 2 points"),
     ],

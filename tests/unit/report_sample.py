@@ -70,21 +70,21 @@ def write_run(
     metrics = METRICS if fabric.name.startswith("pham2019") else METRICS | {"judged_against": "a curve of its own"}
     with RunFolder.create(path, run, config_text=text, threads=2, data_files=files) as folder:
         columns = curves(kind) if specimens == 1 else ensemble()
-        folder.write_curve(columns)
-        folder.write_energies(trials() if kind == "cantilever" else energies(("fabric",)))
+        folder.write_table("curve.csv", columns)
+        folder.write_table("energies.csv", trials() if kind == "cantilever" else energies(("fabric",)))
         if kind == "tensile":
             curve_picture(path / "curve.png", [curve(5800.0)], title="t")
         names = list(columns)
         line_picture(
             path / "deformed.png", [Line(columns[names[0]], columns[names[1]], "x")], title="t", xlabel="x", ylabel="y"
         )
-        folder.write_comparison(
-            {"refused": list(failures), "rows": [], "curves": [metrics] if kind == "tensile" else []}
+        folder.write_json(
+            "comparison.json", {"refused": list(failures), "rows": [], "curves": [metrics] if kind == "tensile" else []}
         )
         known = {row.quantity for row in references}
         alone = {q: row_kind(run, q) for q in quantities if q in rows[0] and q not in known}
         told = alone, assumed_inputs(run)
-        folder.write_summary(build_summary(run, rows, quality(failures), cost(), compared, *told))  # type: ignore[arg-type]
+        folder.write_json("summary.json", build_summary(run, rows, quality(failures), cost(), compared, *told))  # type: ignore[arg-type]
         if failures:
             folder.finish("completed", 3, "comparison refused: " + "; ".join(failures))
     return path

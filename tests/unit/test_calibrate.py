@@ -139,8 +139,9 @@ targets: [{test: pull, curve: own.csv}]
     pool = Pretending(lambda trial: {"peak_force_n": 1.0}, curve=curve)
     assert calibrate(text, tmp_path, monkeypatch, pool) == 0
     assert values(tmp_path)[0] == pytest.approx(1.7, rel=1e-3)
-    scaled = "" if width == 50 else "; for 50 instead of 100 mm"
-    assert outcome(tmp_path)["targets"][0]["source"] == f"own.csv (measured{scaled})"
+    assert outcome(tmp_path)["targets"][0]["source"] == (
+        "own.csv (measured)" if width == 50 else "own.csv (measured; scaled from 100 to 50 mm)"
+    )
 
 
 def test_a_fabric_of_ones_own_takes_its_files_along(tmp_path, monkeypatch):

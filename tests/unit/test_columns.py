@@ -52,8 +52,8 @@ def column(lines: list[list[str]], head: str, row: int, name: str, after: str | 
 @pytest.mark.parametrize("quantity", list(LABELS))
 def test_the_widest_row_of_any_result_fits_with_all_its_words(name: str, quantity: str) -> None:
     row = (
-        name, LABELS[quantity][0], "6000 ± 500 (n 8), numerical ± 160", "12000 ± 461 (for 50 instead of 100 mm)",
-        "+2.55 ± 0.98 sd", "predicted, on 2 assumed inputs", f"{UNRESOLVED}, numerical error unknown",
+        name, LABELS[quantity][0], "6000 ± 500 (n 8), numerical ± 160", "12000 ± 461 (scaled from 100 to 50 mm)",
+        "+2.55 ± 0.98 sd", "predicted, on 2 assumed inputs", f"{UNRESOLVED}, numerical error not known",
     )  # fmt: skip
     told = table([HEADER, row], WIDTH, _NUMBERS)
     assert max(len(line) for lines in told for line in lines) <= WIDTH
@@ -145,7 +145,7 @@ def test_compare_and_stats_fit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         result = CliRunner().invoke(cli, [*command, *more])
         assert result.exit_code == 0
         told = result.stderr if more else result.stdout
-        fits(told, "no rating: the model was given the reference, or returns what it was made of")
+        fits(told, "no rating: the reference is an input of the model, which only returns it")
     assert "no rating" in curve_line(json.loads(result.stdout))
     tests = {"tensile": ["warp-1.csv", "warp-2.csv"], "picture-frame": ["frame-1.csv", "frame-2.csv", "frame-3.csv"],
              "cantilever": ["cantilever-warp.csv"], "friction": ["friction-1.csv", "friction-2.csv"]}  # fmt: skip

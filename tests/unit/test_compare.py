@@ -24,21 +24,13 @@ def reference(x=X, y=Y, kind="measured"):
     return ReferenceCurve(kind, x, y, None, "strain_pct", "force_n", "test")
 
 
-def test_equal_curves_are_excellent():
-    scores = rate(Y, Y)
-    assert all(score == pytest.approx(1.0) for score in scores.values())
-    assert grade(scores["overall"]) == "excellent"
-
-
 @pytest.mark.parametrize("factor", [1.1, 0.8])
-def test_pure_scale_on_a_constant_magnitude(factor):
+def test_equal_and_scaled_curves(factor):
     """A constant reference T and a curve f T: corridor ((0.5 - |f-1|)/0.45)^2, magnitude 1 - |f-1|/0.5."""
+    assert list(rate(Y, Y).values()) == pytest.approx([1.0] * 5) and grade(rate(Y, Y)["overall"]) == "excellent"
     flat = np.full(101, 7.0)
     assert corridor_score(factor * flat, flat) == pytest.approx(((0.5 - abs(factor - 1.0)) / 0.45) ** 2)
     assert magnitude_score(factor * flat, flat) == pytest.approx(1.0 - abs(factor - 1.0) / 0.5)
-
-
-def test_slope_of_a_scaled_line():
     line = np.linspace(0.0, 3.0, 101)
     assert slope_score(1.5 * line, line) == pytest.approx(1.0 - 0.5 / 2.0)
 
@@ -61,17 +53,6 @@ def test_peak_and_rmse_of_a_scaled_curve():
     assert result["reference_kind"] == "reconstructed"
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "words"),
-    [(X[:1], Y[:1], "1 points"), (X, np.full_like(Y, 3.0), "constant"), (X + 5.0, Y, "no range")],
-)
-def test_not_comparable_is_said_and_never_scored(x, y, words):
-    result = compare_curves(x, y, reference())
-    assert result["comparable"] is False
-    assert words in result["reason"]
-    assert "rating" not in result
-
-
 def test_a_stated_peak_is_judged_where_the_mean_curve_ends_before_it():
     cut = ReferenceCurve("measured", X[:180], Y[:180], None, "strain_pct", "force_n", "test", (1.6, 5800.0))
     result = compare_curves(X, Y, cut)
@@ -80,32 +61,28 @@ def test_a_stated_peak_is_judged_where_the_mean_curve_ends_before_it():
     assert result["range_strain_pct"] == pytest.approx([0.0, X[179]])
 
 
+PEAK = "at the peak is"
+
+
 @pytest.mark.parametrize(
     ("x", "y", "words"),
     [
-        (
-            0.01 * X,
-            Y,
-            "strain_pct at the peak is 0.016 % in the reference (it looks like a fraction: 1.6 %), 1.6 simul",
-        ),
-        (X, 1e-3 * Y, "force_n at the peak is 5.8 N in the reference (it looks like kN: 5800 N), 5800 simulated"),
+        (X[:1], Y[:1], "1 points"),
+        (X, np.full_like(Y, 3.0), "constant"),
+        (X + 5.0, Y, "no common range"),
+        (0.01 * X, Y, f"strain_pct {PEAK} 0.016 % in the reference (it looks like a fraction: 1.6 %), 1.6 in the run"),
+        (X, 1e-3 * Y, f"force_n {PEAK} 5.8 N in the reference (it looks like kN: 5800 N), 5800 in the run"),
         (0.01 * X, 1e-3 * Y, "kN: 5800 N"),
-        (X, 1e6 * Y, "force_n at the peak is 5.8e+09 N in the reference, 5800 simulated"),
+        (X, 1e6 * Y, f"force_n {PEAK} 5.8e+09 N in the reference, 5800 in the run"),
     ],
 )
-def test_other_units_are_not_comparable(x, y, words):
+def test_not_comparable_is_said_and_never_scored(x, y, words):
     result = compare_curves(X, Y, reference(x, y))
-    assert result["comparable"] is False
-    assert words in result["reason"]
+    assert result["comparable"] is False and words in result["reason"] and "rating" not in result
 
 
-def test_one_specimen_has_no_deviation_in_sd():
-    rows = [PublishedValue("peak_force_n", 5820.0, 0.0, 1, "N", "mine")]
+@pytest.mark.parametrize(("sd", "n", "deviation"), [(0.0, 1, np.nan), (461.0, 16, 1.0)])
+def test_results_are_counted_in_standard_deviations_if_there_are_any(sd, n, deviation):
+    rows = [PublishedValue("peak_force_n", 5820.0, sd, n, "N", "Table 3")]
     (row,) = compare_results({"peak_force_n": 6281.0}, rows, {"peak_force_n": "predicted"})
-    assert np.isnan(row["deviation_sd"])
-
-
-def test_results_are_counted_in_standard_deviations():
-    rows = [PublishedValue("peak_force_n", 5820.0, 461.0, 16, "N", "Table 3")]
-    (row,) = compare_results({"peak_force_n": 6281.0}, rows, {"peak_force_n": "predicted"})
-    assert row["deviation_sd"] == pytest.approx(1.0)
+    assert row["deviation_sd"] == pytest.approx(deviation, nan_ok=True)

@@ -63,8 +63,8 @@ def curve_file(path: Path, head: str, factor: float = 1.0, column: str = "force_
 @pytest.mark.parametrize(
     ("own", "width", "peak", "note"),
     [
-        (100, 50.0, 3200.0, ", for 50 instead of 100 mm"),
-        (50, 100.0, 12800.0, ", for 100 instead of 50 mm"),
+        (100, 50.0, 3200.0, ", scaled from 100 to 50 mm"),
+        (50, 100.0, 12800.0, ", scaled from 50 to 100 mm"),
         (50, 50.0, 6400.0, ""),
     ],
 )
@@ -84,7 +84,7 @@ def test_rows_are_scaled_from_the_width_that_their_table_states(tmp_path, own, w
         ("mine,,strip_width_mm,0.1,,,mm,own\n", "strip_width_mm: 0.1"),
         (
             "mine,,strip_width_mm,50,,,mm,own\nmine,warp,strip_width_mm,100,,,mm,own\n",
-            r":4: strip_width_mm: 100; .*:3 say",
+            r":4: strip_width_mm: 100, but .*:3 states 50",
         ),
     ],
 )
@@ -99,12 +99,12 @@ def test_the_force_of_whole_yarns_is_taken_to_the_width(tmp_path):
     text = "mine,warp,peak_force_n,6400,320,5,N,own\nmine,,strip_width_mm,50,,,mm,own\n"
     (row,) = rows_of(tmp_path, text, tensile(15.0, scale="meso"))
     factor = "simulated x 1.05: 4 yarns modelled, 4.2 in the real strip"
-    assert row.table == f"own, for 15 instead of 50 mm, {factor}" and row.mean == pytest.approx(1920.0)
+    assert row.table == f"own, scaled from 50 to 15 mm, {factor}" and row.mean == pytest.approx(1920.0)
     (found,) = compare_results({"peak_force_n": 1900.0}, [row], {"peak_force_n": "predicted"})
     assert found["simulated"] == pytest.approx(1900.0 * 4.2 / 4) and found["modelled"] == 1900.0
     assert found["deviation_pct"] == pytest.approx(100.0 * (1900.0 * 1.05 / 1920.0 - 1.0))
     assert rows_of(tmp_path, text, tensile(50.0, scale="meso"))[0].table == "own"
-    assert rows_of(tmp_path, text, tensile(15.0))[0].table == "own, for 15 instead of 50 mm"
+    assert rows_of(tmp_path, text, tensile(15.0))[0].table == "own, scaled from 50 to 15 mm"
 
 
 def test_a_tension_curve_is_force_per_width_whatever_the_strip(tmp_path, monkeypatch):
@@ -151,8 +151,8 @@ def test_a_stated_peak_is_in_the_unit_of_the_column(tmp_path, peak):
 
 def test_a_column_per_width_is_not_read_as_newtons(tmp_path):
     path = curve_file(tmp_path / "c.csv", "", 0.01, "force_n_per_mm")
-    assert load_curve(path).y_name == "force_n_per_mm" and "taken as measured" in load_curve(path).note
-    with pytest.raises(InputError, match="a force per width: expected the force of the whole strip"):
+    assert load_curve(path).y_name == "force_n_per_mm" and "counts as measured" in load_curve(path).note
+    with pytest.raises(InputError, match="is a force per width; expected the force of the whole strip"):
         read_lab(path)
 
 
@@ -161,8 +161,8 @@ def test_a_column_per_width_is_not_read_as_newtons(tmp_path):
     [
         ("# direction: weft\n# strip_width_mm: 50\n", "a curve of tensile weft .*the run is tensile warp"),
         ("# test: cantilever\n# strip_width_mm: 50\n", "a curve of cantilever .*the run is tensile warp"),
-        ("", "unknown width: .*'# strip_width_mm: .*knittest compare has --width"),
-        ("# strip_width_mm: 50\n# strip_width_mm: 100\n", ":3: # strip_width_mm: 100; .*:2 says 50"),
+        ("", "strip width of force_n is unknown; add .*'# strip_width_mm: .*compare --width"),
+        ("# strip_width_mm: 50\n# strip_width_mm: 100\n", ":3: # strip_width_mm: 100, but .*:2 states 50"),
         ("# strip_width_mm: wide\n", ":2: strip_width_mm: 'wide'; expected a number"),
         ("# direction: bias\n", ":2: direction: bias; expected one of warp, weft"),
     ],
@@ -185,10 +185,10 @@ def test_options_state_what_a_file_leaves_open_and_contradict_nothing(tmp_path):
     path = curve_file(tmp_path / "c.csv", "")
     (curve,) = own_curves(tensile(25.0), [path], Conditions(strip_width_mm=100.0, gauge_length_mm=100.0))
     assert curve.mean[-1] == pytest.approx(1600.0)
-    assert "for 25 instead of 100 mm" in curve.note and "no direction, warp is assumed" in curve.note
+    assert "scaled from 100 to 25 mm" in curve.note and "taken as warp" in curve.note
     assert "200 instead of 100 mm between the clamps; strain is relative" in curve.note
     stated = curve_file(tmp_path / "c.csv", "# kind: measured\n# strip_width_mm: 50\n")
-    with pytest.raises(InputError, match=r"c\.csv: its header says strip_width_mm: 50.0, --width says 100"):
+    with pytest.raises(InputError, match=r"c\.csv: the header states strip_width_mm: 50.0, but --width is 100"):
         own_curves(tensile(), [stated], Conditions(strip_width_mm=100.0))
 
 
@@ -217,7 +217,7 @@ def test_frames_of_any_side_agree_by_the_normalised_force(tmp_path, fabric, fram
     found = compare_columns(columns, curve)
     errors = [at["error_pct"] for at in found["normalised_shear_force_n_per_mm_at_deg"].values()]
     assert np.abs(errors).max() < 3.0 and found["rating"]["grade"] == "excellent"
-    assert f"normalised by its own sides, fabric {fabric:g} mm in a frame of {frame:g} mm" in found["note"]
+    assert f"normalised with the tested sides, fabric {fabric:g} mm and frame {frame:g} mm" in found["note"]
 
 
 def test_a_frames_force_needs_both_sides(tmp_path):
@@ -226,7 +226,7 @@ def test_a_frames_force_needs_both_sides(tmp_path):
     words = r"'# fabric_side_mm: \.\.\.' and '# frame_side_mm: .*--fabric-side, --frame-si"
     with pytest.raises(InputError, match=words):
         own_curves(run, [path])
-    with pytest.raises(InputError, match=r"in the header '# frame_side_mm: \.\.\.' "):
+    with pytest.raises(InputError, match=r"with '# frame_side_mm: \.\.\.' in the header"):
         own_curves(run, [path], Conditions(fabric_side_mm=100.0))
     with pytest.raises(InputError, match="fabric_side_mm: 200 is larger than frame_side_mm: 100"):
         own_curves(run, [path], Conditions(fabric_side_mm=200.0, frame_side_mm=100.0))
@@ -259,7 +259,7 @@ def test_bending_stiffness_is_compared_per_width():
     rows = REPORTS["cantilever"].scaled(run(25.0), [row])
     assert [r.quantity for r in rows] == ["bending_stiffness_eq2_n_mm_per_width", "bending_stiffness_n_mm_per_width"]
     assert all(r.mean == pytest.approx(5.06) and r.unit == "N mm" for r in rows)
-    with pytest.raises(InputError, match="unknown width"):
+    with pytest.raises(InputError, match=r"strip width .* is unknown"):
         REPORTS["cantilever"].scaled(run(50.0), [replace(row, conditions=Conditions())])
 
 

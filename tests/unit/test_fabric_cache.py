@@ -3,6 +3,8 @@
 import os
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -20,7 +22,7 @@ from knittest.studies.command import _parallel_runs
 
 
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("KNITTEST_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(relax, "_held", {})
     return tmp_path / "cache"
@@ -29,47 +31,32 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def assert_same(one: Cell, two: Cell) -> None:
     for system in ("knit", "warp", "weft"):
         np.testing.assert_array_equal(getattr(one, system), getattr(two, system))
-    assert (one.deepest, one.worst, one.residual, one.iterations) == (
-        two.deepest,
-        two.worst,
-        two.residual,
-        two.iterations,
-    )
+    for name in ("deepest", "worst", "residual", "iterations"):
+        assert getattr(one, name) == getattr(two, name)
 
 
-def test_a_saved_cell_comes_back(own_cache: Path) -> None:
+def test_a_saved_cell_comes_back_with_its_digest(own_cache):
     cell = relaxed("V1")
     assert load_cell(cell.spec) is None
     save_cell(cell)
     back = load_cell(cell.spec)
-    assert back is not None
+    assert back is not None and cell_digest(back) == cell_digest(cell)
     assert_same(cell, back)
     assert [p.name for p in (own_cache / "cells").iterdir()] == [cell_path(cell.spec).name]
 
 
-def test_every_input_has_its_own_file() -> None:
+def test_every_input_has_its_own_file():
     base = spec("V1")
     others = {name: (1.0, 0.8) if value is None else 1.01 * value for name, value in vars(base).items()}
     paths = {cell_path(replace(base, **{name: value})) for name, value in others.items()}
     assert len(paths | {cell_path(base)}) == len(vars(base)) + 1
 
 
-DAMAGE = [
-    "garbage",
-    "truncated",
-    "flipped",
-    "empty",
-    "nan",
-    "shape",
-    "missing",
-    "scaled",
-    "unsealed",
-    "of other inputs",
-]
+DAMAGE = "garbage,truncated,flipped,empty,nan,shape,missing,scaled,unsealed,of other inputs"
 
 
-@pytest.mark.parametrize("damage", DAMAGE)
-def test_a_damaged_file_is_relaxed_again(damage: str, monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+@pytest.mark.parametrize("damage", DAMAGE.split(","))
+def test_a_damaged_file_is_relaxed_again(damage, monkeypatch, capsys):
     cell = relaxed("V1")
     save_cell(cell)
     path = cell_path(cell.spec)
@@ -104,7 +91,7 @@ def test_a_damaged_file_is_relaxed_again(damage: str, monkeypatch: pytest.Monkey
     assert calls == [cell.spec]
 
 
-def test_a_process_stands_on_one_cell(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_stands_on_one_cell(monkeypatch):
     cell = relaxed("V1")
     save_cell(cell)
     monkeypatch.setattr(relax.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
@@ -113,19 +100,14 @@ def test_a_process_stands_on_one_cell(monkeypatch: pytest.MonkeyPatch) -> None:
     assert relax.relaxed_cell(None) is first
 
 
-def test_the_digest_of_a_cell_is_that_of_its_numbers_and_inputs() -> None:
-    cell = relaxed("V1")
-    save_cell(cell)
-    back = load_cell(cell.spec)
-    assert back is not None and cell_digest(back) == cell_digest(cell)
-    others = [
-        replace(cell, **{name: np.nextafter(getattr(cell, name), 1e9)}) for name in ("knit", "warp", "weft", "deepest")
-    ]
+def test_the_digest_of_a_cell_is_that_of_its_numbers_and_inputs():
+    cell, names = relaxed("V1"), ("knit", "warp", "weft", "deepest")
+    others = [replace(cell, **{name: np.nextafter(getattr(cell, name), 1e9)}) for name in names]
     others.append(replace(cell, spec=replace(cell.spec, bending_warp=1.01 * cell.spec.bending_warp)))
     assert len({cell_digest(c) for c in [cell, *others]}) == len(others) + 1
 
 
-def test_the_cell_is_part_of_what_a_run_is(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_cell_is_part_of_what_a_run_is(monkeypatch):
     cells = {"here": relaxed("V1"), "there": replace(relaxed("V1"), knit=1.01 * relaxed("V1").knit)}
     yarns, shells = (resolve(variant="1", scale=scale, direction="warp") for scale in ("meso", "macro"))
     found = {}
@@ -140,31 +122,22 @@ def test_the_cell_is_part_of_what_a_run_is(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 @pytest.mark.parametrize("cached", [False, True])
-def test_the_relaxation_is_announced_once_by_runs_side_by_side_and_only_where_there_is_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cached: bool
-) -> None:
+def test_the_relaxation_is_announced_once_by_runs_in_parallel_and_only_where_there_is_one(
+    tmp_path, monkeypatch, cached
+):
     monkeypatch.setattr(relax, "load_cell", lambda spec: relaxed("V1") if cached else None)
     monkeypatch.setattr(relax, "relax_cell", lambda spec: relaxed("V1"))
     monkeypatch.setattr("numba.get_num_threads", lambda: 2)
     runs = [resolve(variant="1", scale="meso", direction=direction) for direction in ("warp", "weft")]
     places = [NewFolder(tmp_path / run.direction) for run in runs]
-    progress = Announced()
+    phases: list[str] = []
+    progress = SimpleNamespace(phase=phases.append)
     _parallel_runs(list(zip(runs, places, strict=True)), progress)
     with Interrupts() as interrupts, interrupts.deciding():
         for run, place in zip(runs, places, strict=True):
             with _opened(run, place, interrupts, progress):
                 pass
-    assert progress.phases == ([] if cached else ["relaxing geometry"])
-
-
-class Announced:
-    """Progress that remembers what was announced."""
-
-    def __init__(self) -> None:
-        self.phases: list[str] = []
-
-    def phase(self, text: str) -> None:
-        self.phases.append(text)
+    assert phases == ([] if cached else ["relaxing geometry"])
 
 
 class Hostile:
@@ -177,7 +150,7 @@ class Hostile:
         return os.mkdir, (str(self.folder),)
 
 
-def test_pickles_are_not_read(tmp_path: Path) -> None:
+def test_pickles_are_not_read(tmp_path):
     cell = relaxed("V1")
     save_cell(cell)
     np.savez(cell_path(cell.spec), knit=np.array([Hostile(tmp_path / "trap")], dtype=object), warp=cell.warp)
@@ -185,10 +158,7 @@ def test_pickles_are_not_read(tmp_path: Path) -> None:
     assert not (tmp_path / "trap").exists()
 
 
-def test_a_full_disk_costs_only_time(own_cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*args: object, **kwargs: object) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(np, "savez", full)
+def test_a_full_disk_costs_only_time(own_cache, monkeypatch):
+    monkeypatch.setattr(np, "savez", Mock(side_effect=OSError(28, "No space left on device")))
     save_cell(relaxed("V1"))
     assert list((own_cache / "cells").iterdir()) == []

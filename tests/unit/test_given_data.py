@@ -67,7 +67,7 @@ def judged_as_input(metrics) -> bool:
     assert metrics["comparable"]
     if metrics["reference_kind"] != "input":
         return False
-    assert metrics["rating"] is None and metrics["no_rating"].startswith("the model was given the reference")
+    assert metrics["rating"] is None and metrics["no_rating"].startswith("the reference is an input of the model")
     return True
 
 
@@ -163,7 +163,7 @@ def tuned(
 def test_a_curve_that_yarns_were_tuned_on_is_said_to_be_and_not_rated(imported, label):
     found = tuned(imported, [label])
     assert found["reference_kind"] == "tuned" and found["rating"] is None and label in found["note"]
-    assert found["no_rating"].startswith("the model was tuned on the reference")
+    assert found["no_rating"].startswith("a model parameter was fitted to the reference")
     assert abs(found["peak_error_pct"]) > 0.0  # the errors stay
 
 

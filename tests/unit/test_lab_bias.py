@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 import yaml
+from strip_reading import refused
 
-from knittest.base.errors import InputError
 from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import Conditions
@@ -56,20 +56,14 @@ def test_strips_of_any_size_have_one_normalised_force(tmp_path):
 
 def test_a_size_that_is_missing_or_too_short_is_refused(tmp_path):
     path = bias_file(tmp_path / "a.csv", head=False)
-    with pytest.raises(InputError, match=r"no gauge length and no strip width: give --gauge-length .* and --width"):
-        LAB.read(path, Given())
-    with pytest.raises(InputError, match="150 mm long and 115 mm wide: expected at least 2 times"):
-        LAB.read(path, Given(sizes={"gauge_length_mm": 150.0, "strip_width_mm": 115.0}))
-    with pytest.raises(InputError, match=r"a strip 50 mm wide, 100 mm between the clamps, is drawn out by 20\.71 mm"):
-        LAB.read(path, Given(sizes={"gauge_length_mm": 100.0, "strip_width_mm": 50.0}))
-    assert LAB.read(path, Given(sizes={"gauge_length_mm": 230.0, "strip_width_mm": 115.0}))
-
-
-def test_a_measured_angle_is_not_taken_for_that_of_pin_jointed_yarns(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("gauge length;200;mm\nspecimen width;100;mm\nshear angle [deg];Force [N]\n0;0\n10;1\n20;2\n30;3\n")
-    with pytest.raises(InputError, match="a displacement of the clamp"):
-        LAB.read(path, Given())
+    refused(r"no gauge length and no strip width: give --gauge-length .* and --width", lambda: LAB.read(path, Given()))
+    short, narrow, right = (
+        Given(sizes={"gauge_length_mm": length, "strip_width_mm": width})
+        for length, width in ((150.0, 115.0), (100.0, 50.0), (230.0, 115.0))
+    )
+    refused("150 mm long and 115 mm wide: expected at least 2 times", LAB.read, path, short)
+    refused(r"a strip 50 mm wide, 100 mm between the clamps, allows 20\.71 mm at most", LAB.read, path, narrow)
+    assert LAB.read(path, right)
 
 
 def test_an_import_is_compared_by_its_normalised_rows(tmp_path, monkeypatch):
@@ -84,11 +78,8 @@ def test_an_import_is_compared_by_its_normalised_rows(tmp_path, monkeypatch):
     assert row.mean == pytest.approx(1.02 * STIFFNESS * gamma / np.cos(gamma), rel=2e-3) and row.n == 3
     assert row.conditions.gauge_length_mm == 230.0 and row.conditions.strip_width_mm == 115.0
     part = yaml.safe_load((out / "fabric.yaml").read_text(encoding="utf-8"))
-    assert part["rigs"]["bias-extension"] == {
-        "gauge_length": 230,
-        "width": 115,
-        "max_angle": pytest.approx(45, abs=0.11),
-    }
+    sizes = {"gauge_length": 230, "width": 115, "max_angle": pytest.approx(45, abs=0.11)}
+    assert part["rigs"]["bias-extension"] == sizes
     assert "macro" not in part  # a law comes from frames: the bias extension judges it
     curve = load_curve(out / "bias-extension" / "corridor.csv")
     assert normalised(curve) is curve and curve.conditions.test == "bias-extension"
@@ -101,8 +92,7 @@ def test_a_file_of_forces_is_normalised_by_its_own_strip(tmp_path):
     rows = "".join(f"{a:.5f},{f:.5f}\n" for a, f in zip(np.rad2deg(gamma), force, strict=True))
     path = tmp_path / "own.csv"
     path.write_text(f"shear_angle_deg,force_n\n{rows}")
-    with pytest.raises(InputError, match=r"'# gauge_length_mm: \.\.\.' and '# strip_width_mm: \.\.\.'"):
-        own_curves(run, [path])
+    refused(r"'# gauge_length_mm: \.\.\.' and '# strip_width_mm: \.\.\.'", own_curves, run, [path])
     (curve,) = own_curves(run, [path], Conditions(gauge_length_mm=230.0, strip_width_mm=115.0))
     assert curve.mean[20:] == pytest.approx((STIFFNESS * gamma / np.cos(gamma))[20:], rel=0.01)
     (frame,) = own_curves(run, [path], Conditions(test="picture-frame", frame_side_mm=200.0, fabric_side_mm=200.0))
@@ -111,14 +101,12 @@ def test_a_file_of_forces_is_normalised_by_its_own_strip(tmp_path):
 
 def test_a_biaxial_file_needs_its_ratio(tmp_path):
     path = biaxial_file(tmp_path / "a.csv", head=False)
-    with pytest.raises(InputError, match="no strain ratio: give --ratio"):
-        read_files("biaxial", [path], {"width": 80.0})
-    with pytest.raises(InputError, match="11: must be at most 10"):
-        read_files("biaxial", [path], {"width": 80.0, "ratio": 11.0})
+    refused("no strain ratio: give --ratio", read_files, "biaxial", [path], {"width": 80.0})
+    refused("11: must be at most 10", read_files, "biaxial", [path], {"width": 80.0, "ratio": 11.0})
     (one,) = read_files("biaxial", [path], {"width": 80.0, "ratio": 0.5})
     assert one.ratio == 0.5 and one.width == 80.0
-    with pytest.raises(InputError, match=r"states a strain ratio of 0\.5 1, --ratio says 1 1"):
-        read_files("biaxial", [biaxial_file(tmp_path / "b.csv")], {"ratio": 1.0})
+    other = [biaxial_file(tmp_path / "b.csv")]
+    refused(r"strain ratio 0\.5 1, but --ratio is 1 1", read_files, "biaxial", other, {"ratio": 1.0})
     assert looks_like(tmp_path / "b.csv") == "biaxial"
     assert looks_like(bias_file(tmp_path / "c.csv")) == "bias-extension"
 
@@ -141,26 +129,33 @@ def test_a_biaxial_import_is_compared_at_its_own_ratio_alone(tmp_path, monkeypat
             (curve,) = own_curves(run, [corridor])
             assert curve.mean.max() == pytest.approx(100.5) and report.scaled(run, rows) == rows
             continue
-        with pytest.raises(InputError, match=r"tested at a strain ratio of 0\.5; .* strained 1 times"):
-            own_curves(run, [corridor])
-        with pytest.raises(InputError, match=r"biaxial_force_n_per_mm: tested at a strain ratio of 0\.5"):
-            report.scaled(run, rows)
+        refused(r"tested at a ratio of 0\.5, the run strains the other system 1 times", own_curves, run, [corridor])
+        refused(r"biaxial_force_n_per_mm: tested at a ratio of 0\.5", report.scaled, run, rows)
 
 
-@pytest.mark.parametrize("name", ["Extensometer strain [%]", "Extensometer [mm]", "Feindehnung [%]"])
-def test_an_extensometer_is_no_travel_of_the_clamp(tmp_path, name):
-    path = tmp_path / "a.csv"
-    rows = "".join(f"{k / 4};{k}\n" for k in range(40))
+def written(path, name, factor=0.5):
+    rows = "".join(f"{factor * k:.4f};{k}\n" for k in range(60))
     path.write_text(f"gauge length;200;mm\nspecimen width;100;mm\n{name};Force [N]\n{rows}", encoding="utf-8")
-    with pytest.raises(InputError, match=r"a\.csv:3: column .*sees a part of the specimen alone: expected the travel"):
-        LAB.read(path, Given())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("shear angle [deg]", "a displacement of the clamp"),  # not that of pin-jointed yarns
+        *(
+            (name, r"a\.csv:3: column .*measures only a part of the specimen; expected the clamp travel")
+            for name in ("Extensometer strain [%]", "Extensometer [mm]", "Feindehnung [%]")
+        ),
+    ],
+)
+def test_an_angle_or_an_extensometer_is_no_travel_of_the_clamp(tmp_path, name, words):
+    refused(words, LAB.read, written(tmp_path / "a.csv", name), Given())
 
 
 def test_a_strain_is_the_travel_over_the_length(tmp_path):
-    found = []
-    for name, factor in (("Travel [mm]", 1.0), ("Strain [%]", 0.5)):
-        rows = "".join(f"{factor * k / 2:.4f};{k}\n" for k in range(60))
-        path = tmp_path / "a.csv"
-        path.write_text(f"gauge length;200;mm\nspecimen width;100;mm\n{name};Force [N]\n{rows}", encoding="utf-8")
-        found += LAB.read(path, Given())
-    assert found[1].angle == pytest.approx(found[0].angle, abs=1e-6) and found[0].angle[-1] > 30.0
+    travel, strain = (
+        LAB.read(written(tmp_path / "a.csv", name, factor), Given())[0]
+        for name, factor in (("Travel [mm]", 0.5), ("Strain [%]", 0.25))
+    )
+    assert strain.angle == pytest.approx(travel.angle, abs=1e-6) and travel.angle[-1] > 30.0

@@ -1,18 +1,21 @@
-"""An import of tensile tests: what its folder says of the strips, and what a fabric file takes from it."""
+"""An import of tensile tests: its folder, what a fabric file takes from it, and files of other tests than asked for."""
 
 import json
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
-from strip_reading import read_lab
+from strip_reading import read_lab, refused
 
-from knittest.base.errors import InputError
+from knittest.base.files import data_dir
+from knittest.cli.main import run
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_tests
 from knittest.experiment.curves import load_curve
 from knittest.experiment.lab_conditions import Said
+from knittest.experiment.lab_tests import looks_like
 from knittest.experiment.statistics import Specimen
 from knittest.experiment.tables import published
 from knittest.laboratory.tensile.lab_files import LAB, summary_lines
@@ -55,9 +58,7 @@ def test_curves_are_forces_per_width_with_the_width_in_their_head(tmp_path):
         LAB.write(series, out, "warp", ["a.csv"])
         for curve in ("corridor", "tension"):
             text = (out / "warp" / f"{curve}.csv").read_text(encoding="utf-8")
-            assert all(
-                f"# {line}\n" in text for line in ("test: tensile", "direction: warp", f"strip_width_mm: {width:g}")
-            )
+            assert f"# test: tensile\n# direction: warp\n# strip_width_mm: {width:g}\n" in text
         curves.append(load_curve(out / "warp/tension.csv"))
         corridor = load_curve(out / "warp/corridor.csv")
         fractions.append(corridor.sd)
@@ -73,12 +74,12 @@ def test_strips_that_were_measured_one_by_one_count_as_of_their_mean_width(tmp_p
     LAB.write(series, tmp_path / "mine", "warp", ["a.csv"])
     peak, _, width, _ = rows(tmp_path / "mine")
     assert (peak.mean, width.mean) == pytest.approx((1e4, 100.0)) and peak.sd == pytest.approx(0.0, abs=1e-6)
-    with pytest.raises(InputError, match=r"b\.csv: a strip width of 50 mm, a\.csv has 100 mm: import series"):
-        LAB.write(
-            [strip(width=100.0, path="a.csv"), strip("s1", 1.6, 3e3, 50.0, path="b.csv")], tmp_path / "x", "warp", []
-        )
-    with pytest.raises(InputError, match=r"a\.csv: the file states no strip width: give --width \[mm\]"):
-        LAB.write([strip(width=None, path="a.csv")], tmp_path / "x", "warp", [])
+    two = [strip(width=100.0, path="a.csv"), strip("s1", 1.6, 3e3, 50.0, path="b.csv")]
+    for series, words in (
+        (two, r"b\.csv: strip width 50 mm, but a\.csv has 100 mm; import series"),
+        ([strip(width=None, path="a.csv")], r"a\.csv: the file states no strip width: give --width \[mm\]"),
+    ):
+        refused(words, LAB.write, series, tmp_path / "x", "warp", [])
     assert not (tmp_path / "x").exists()
 
 
@@ -95,8 +96,6 @@ def test_one_specimen_states_no_scatter(tmp_path):
 
 def test_fabric_yaml_is_the_block_of_the_fabric_over_both_directions(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    from pathlib import Path
-
     out = Path("data/mine")
     LAB.write(specimens(100.0), out, "warp", ["a.csv"])
     assert set(yaml.safe_load((out / "fabric.yaml").read_text())["macro"]["tension"]) == {"warp"}
@@ -116,33 +115,27 @@ def test_an_import_replaces_only_what_an_import_wrote(tmp_path):
     out = tmp_path / "mine"
     LAB.write(specimens(), out, "warp", ["a.csv"])
     (out / "SOURCE.md").write_text("tested by me", encoding="utf-8")
-    LAB.write(specimens()[:1], out, "warp", ["b.csv"])
+    one = specimens()[:1]
+    LAB.write(one, out, "warp", ["b.csv"])
     assert [p.name for p in sorted((out / "warp").glob("specimen-*"))] == ["specimen-01.csv"]
     assert (out / "SOURCE.md").read_text(encoding="utf-8") == "tested by me"
     for foreign in ("warp/notes.txt", "thesis.csv"):
         (out / foreign).write_text("mine", encoding="utf-8")
-        with pytest.raises(InputError, match=f"holds {foreign}, which"):
-            LAB.write(specimens(), out, "warp", ["c.csv"])
+        refused(f"{foreign} is not written by", LAB.write, one, out, "warp", ["c.csv"])
         (out / foreign).unlink()
-    statistics = (out / "warp/statistics.json").read_text()
     (out / "warp/statistics.json").write_text('{"kind": "measured"}')
-    with pytest.raises(InputError, match="import those files anew"):
-        LAB.write(specimens(), out, "weft", ["c.csv"])
-    (out / "warp/statistics.json").write_text(statistics)
+    refused("import the files again", LAB.write, one, out, "weft", ["c.csv"])
     (out / "warp/statistics.json").unlink()
-    with pytest.raises(InputError, match=r"holds warp/corridor\.csv"):
-        LAB.write(specimens(), out, "warp", ["c.csv"])
-    with pytest.raises(InputError, match="is a file"):
-        LAB.write(specimens(), out / "SOURCE.md", "warp", ["c.csv"])
+    refused(r"warp/corridor\.csv is not written", LAB.write, one, out, "warp", ["c.csv"])
+    refused("is a file", LAB.write, one, out / "SOURCE.md", "warp", ["c.csv"])
 
 
 def test_a_file_of_the_other_direction_is_refused_unless_the_option_is_trusted(tmp_path):
     stated = [strip("s0", said=Said("weft", "a.csv:1")), strip("s1", 1.6, 6e3)]
-    with pytest.raises(InputError, match=r"a\.csv:1 says weft, --direction says warp"):
-        LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"])
+    refused(r"a\.csv:1 states weft, but --direction is warp", LAB.write, stated, tmp_path / "mine", "warp", ["a.csv"])
     LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)
-    with pytest.raises(InputError, match="imported as warp: of which direction are they"):
-        LAB.write(stated[1:], tmp_path / "mine", "weft", ["a.csv"], trusted=True)
+    words = "has the same curves, imported as warp"
+    refused(words, LAB.write, stated[1:], tmp_path / "mine", "weft", ["a.csv"], trusted=True)
     LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)  # again, the same way
 
 
@@ -150,20 +143,51 @@ def test_the_copy_of_a_specimen_is_refused_whatever_its_delimiter(tmp_path):
     (tmp_path / "a.csv").write_text("b0;100;mm\nDehnung [%];Kraft\n0;0\n1,5;6000\n")
     (tmp_path / "b.csv").write_text("width [cm],10\nstrain [%],force [kN]\n0,0\n1.5,6.0\n")
     both = [s for name in ("a.csv", "b.csv") for s in read_lab(tmp_path / name)]
-    with pytest.raises(InputError, match="specimens a and b: the same curve twice"):
-        LAB.write(both, tmp_path / "mine", "warp", ["a.csv", "b.csv"])
+    refused("specimens a and b have the same curve", LAB.write, both, tmp_path / "mine", "warp", ["a.csv", "b.csv"])
 
 
 def test_fields_of_all_tests_stand_in_the_order_of_a_fabric(tmp_path, monkeypatch):
-    parts = {
-        "frame": {"macro": {"shear": 1}},
-        "strips": {"macro": {"tension": 2, "bending_stiffness": 3}, "area_mass": 4},
-    }
-    labs = {
-        name: SimpleNamespace(fabric=lambda _, place, part=part: part, rigs=lambda _: {})
-        for name, part in parts.items()
-    }
-    monkeypatch.setattr(lab_tests, "LAB_TESTS", labs)
+    parts = {"macro": {"shear": 1}}, {"macro": {"tension": 2, "bending_stiffness": 3}, "area_mass": 4}
+    labs = [SimpleNamespace(fabric=lambda _, place, part=part: part, rigs=lambda _: {}) for part in parts]
+    monkeypatch.setattr(lab_tests, "LAB_TESTS", dict(enumerate(labs)))
     found = lab_tests.fabric_part(tmp_path)
     assert list(found) == ["area_mass", "macro", "experiment", "experiment_variant"]
     assert list(found["macro"]) == ["tension", "bending_stiffness", "shear"]
+
+
+TUTORIAL = data_dir() / "tutorial"
+FILES = [("frame-1.csv", "picture-frame"), ("cantilever-warp.csv", "cantilever"), ("friction-1.csv", "friction")]
+STRIPS = [path for path in sorted(TUTORIAL.glob("*.csv")) if path.stem.split("-")[0] in ("warp", "weft", "yarn")]
+
+
+@pytest.mark.parametrize(("name", "test"), FILES)
+@pytest.mark.parametrize("command", [["stats"], ["import", "--direction", "warp", "--out", "data/mine"]])
+@pytest.mark.parametrize("sizes", [[], ["--width", "50", "--gauge-length", "200"]])
+def test_a_file_of_another_test_is_no_strip(tmp_path, monkeypatch, capsys, command, name, test, sizes):
+    """With sizes of a strip a pull between plates was a tensile test of 1.5 %: silently wrong."""
+    monkeypatch.chdir(tmp_path)
+    assert run(["data", *command, str(TUTORIAL / name), *sizes]) == 2
+    assert f"{name}: looks like a {test} test; give --test {test}" in capsys.readouterr().err
+    assert not Path("data").exists()
+
+
+def test_a_file_without_a_head_is_known_by_its_name(tmp_path, capsys):
+    path = tmp_path / "rahmen-1.csv"
+    path.write_text("Weg [mm];Kraft [N]\n0;0\n5;1\n10;2\n")
+    assert run(["data", "stats", str(path)]) == 2
+    assert "for a picture-frame test, give --test picture-frame" in capsys.readouterr().err
+    assert run(["data", "stats", str(TUTORIAL / "friction-1.csv"), "--test", "cantilever"]) == 2
+    assert "for a friction test, give --test friction" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", STRIPS, ids=lambda path: path.name)
+def test_strips_and_yarns_look_like_no_other_test(path):
+    assert len(STRIPS) == 16 and looks_like(path) == ""
+
+
+def test_who_says_tensile_is_believed(tmp_path, capsys):
+    path = tmp_path / "a.csv"
+    path.write_text("Reibung der Backen;keine\nWeg [mm];Kraft [N]\n0;0\n1;2000\n3;6000\n")
+    given = ["data", "stats", str(path), "--gauge-length", "200"]
+    assert run(given) == 2 and "looks like a friction test" in capsys.readouterr().err
+    assert run([*given, "--test", "tensile"]) == 0

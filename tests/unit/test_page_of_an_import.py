@@ -42,7 +42,7 @@ def test_the_source_of_scaled_rows_stands_once(folder):
         (row.quantity for row in scaled), "input"))  # fmt: skip
     rows = [ComparedRow(**row) for row in found]
     loaded = replace(loaded, summary=loaded.summary.model_copy(update={"comparison": rows}))
-    assert [row.scaled for row in rows] == ["for 50 instead of 25 mm", ""]
+    assert [row.scaled for row in rows] == ["scaled from 25 to 50 mm", ""]
     caption = next(b.caption for b in results(loaded).blocks if isinstance(b, Table))
     assert caption.count("2 strips of 25 mm") == 1 and "instead of" not in caption
 

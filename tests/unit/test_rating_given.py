@@ -45,10 +45,13 @@ def test_a_curve_cut_at_its_fracture_strain_shows_its_errors_and_no_rating():
     assert metrics["peak_error_pct"] == pytest.approx(-31.0, abs=0.01)
     assert metrics["fracture_strain_error_pct"] == pytest.approx(-16.9, abs=0.1)
     assert metrics["rating"] is None
-    assert metrics["no_rating"] == "the common range leaves out 17 % of the reference curve"
+    assert metrics["no_rating"] == "17 % of the reference curve is outside the common range (limit 10 %)"
     line = curve_line(metrics)
-    assert "peak force -31.0 %, strain at the peak -16.9 %" in line and "excellent" not in line
-    assert "no rating: the common range leaves out 17 %" in line
+    assert (
+        "peak force -31.0 %, strain at the peak -16.9 %" in line
+        and "no rating: 17 % of the reference curve is outside" in line
+    )
+    assert "excellent" not in line
 
 
 @pytest.mark.parametrize(
@@ -91,12 +94,15 @@ def test_a_frame_is_rated_up_to_its_end_and_shows_the_error_there():
 @pytest.mark.parametrize("sd", [0.0, float("nan")])
 def test_without_an_sd_a_deviation_is_in_percent_and_within_nothing(sd):
     """One specimen states no scatter."""
-    rows = [PublishedValue("peak_force_n", 5000.0, sd, 1, "N", "mine", scaled="for 50 instead of 100 mm")]
+    rows = [PublishedValue("peak_force_n", 5000.0, sd, 1, "N", "mine", scaled="scaled from 100 to 50 mm")]
     (found,) = compare_results({"peak_force_n": 5150.0}, rows, {"peak_force_n": "predicted"})
     assert np.isnan(found["deviation_sd"]) and found["deviation_pct"] == pytest.approx(3.0)
     (row,) = result_rows({"results": {"peak_force_n": 5150.0}, "comparison": [found]}, refused=False)
-    assert (row.experiment, row.deviation) == ("5000 (for 50 instead of 100 mm)", "+3.0 %")
-    assert row.verdict == "sd not stated"
+    assert (row.experiment, row.deviation, row.verdict) == (
+        "5000 (scaled from 100 to 50 mm)",
+        "+3.0 %",
+        "sd not stated",
+    )
 
 
 @pytest.fixture(scope="module")
@@ -122,8 +128,8 @@ def test_compare_scales_says_so_and_draws(strip, tmp_path):
     assert result.exit_code == 0
     found = json.loads(result.stdout)
     assert found["peak_error_pct"] == pytest.approx(0.0, abs=0.01) and found["rating"]["overall"] > 0.99
-    assert "for 50 instead of 100 mm" in found["note"] and found["picture"] == str(picture)
-    assert "peak +0.0 %" in result.stderr and "for 50 instead of 100 mm" in result.stderr
+    assert "scaled from 100 to 50 mm" in found["note"] and found["picture"] == str(picture)
+    assert "peak +0.0 %" in result.stderr and "scaled from 100 to 50 mm" in result.stderr
     assert picture.read_bytes().startswith(b"\x89PNG")
     result = CliRunner().invoke(cli, ["compare", str(strip), "--against", str(mine), "--width", "50", "--json"])
     assert json.loads(result.stdout)["peak_error_pct"] == pytest.approx(-50.0, abs=0.01)
@@ -149,7 +155,7 @@ def test_compare_names_the_limits_that_a_run_was_let_pass_by(strip, tmp_path):
     [
         ("", [], "--width"),
         ("# direction: weft\n", ["--width", "50"], "a curve of tensile weft"),
-        ("# strip_width_mm: 50\n", ["--width", "100"], "its header says strip_width_mm: 50.0, --width says 100.0"),
+        ("# strip_width_mm: 50\n", ["--width", "100"], "the header states strip_width_mm: 50.0, but --width is 100.0"),
         ("", ["--width", "0.05"], "--width 0.05"),
     ],
 )
@@ -169,7 +175,7 @@ def test_a_page_says_large_errors_above_and_why_there_is_no_rating(tmp_path):
     assert "Curve against mine.csv (measured): peak force off by -31 %, strain at the peak off by -17 %" in text
     rows = dict(page.tables()["The curve against mine.csv (measured)"])
     assert rows["rating after ISO/TS 18571, 0 to 1"] == (
-        "not given: the common range leaves out 17 % of the reference curve"
+        "not given: 17 % of the reference curve is outside the common range (limit 10 %)"
     )
     kept = dict(page.tables()["The curve against mine.csv (input)"])
     assert kept["rating after ISO/TS 18571, 0 to 1"].startswith("not given: the model was given the reference")

@@ -65,8 +65,8 @@ def test_failed_run_shows_why_and_what_there_is_of_its_curve(tmp_path: Path) -> 
     run = resolve(variant="1", scale="macro", direction="warp")
     folder = RunFolder.create(tmp_path / "r", run, config_text=dump(run), threads=1)
     with pytest.raises(NumericalError), folder:
-        folder.write_curve(curve(5800.0))
-        folder.write_energies(energies(("fabric",)))
+        folder.write_table("curve.csv", curve(5800.0))
+        folder.write_table("energies.csv", energies(("fabric",)))
         raise NumericalError("a number is not finite in shell 12")
     page = page_of(tmp_path / "r")
     assert "This run failed: a number is not finite in shell 12. There are no results." in page.text()

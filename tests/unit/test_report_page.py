@@ -207,9 +207,9 @@ def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_p
     page = page_of(folder)
     assert dict(page.tables()["The curve against mine.csv (measured)"])["force at 10 deg off"] == "25 %"
     assert "curve.png" in page.text(page.section("run-1-pictures"))
-    own |= {"comparable": False, "reason": "the curves share no range"}
+    own |= {"comparable": False, "reason": "the curves have no common range"}
     edit_json(folder / "comparison.json", curves=[METRICS, own])
-    assert "mine.csv (measured): not comparable: the curves share no range" in page_of(folder).text()
+    assert "mine.csv (measured): not comparable: the curves have no common range" in page_of(folder).text()
 
 
 @pytest.mark.parametrize("fails", [False, True])

@@ -89,7 +89,10 @@ def test_plain_tables_are_read(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("shear_angle_deg,torque\n0,0\n1,1\n2,2\n", r":1: beside shear_angle_deg: expected one of the columns force_n"),
+        (
+            "shear_angle_deg,torque\n0,0\n1,1\n2,2\n",
+            r":1: shear_angle_deg needs a column of force; expected one of force_n",
+        ),
         ("shear_angle_deg,force_n\n0,0\n2,1\n1,2\n", r":4: shear_angle_deg must rise .* first loading"),
         ("shear_angle_deg,force_n\n0,0\n2,x\n3,2\n", r":3: "),
         ("shear_angle_deg,force_n\n0,0\n2,\n3,2\n", r":3: "),

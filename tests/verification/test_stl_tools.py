@@ -85,8 +85,8 @@ def test_inverted_files_and_patches_are_turned(files, by_dimensions, tmp_path):
     write(tmp_path / "stamp.stl", stamp.turned(~patch))
     found = built(*files)
     compare(found, by_dimensions, 0.17)
-    assert "stamp: stamp.stl: 40 triangles faced another way than their neighbours: turned" in found.notes
-    assert "stamp: stamp.stl: inverted, its triangles faced into the body: turned" in found.notes
+    assert "stamp: stamp.stl: 40 triangles with another orientation than their neighbours were flipped" in found.notes
+    assert "stamp: stamp.stl: all triangles faced inwards and were flipped" in found.notes
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -100,7 +100,7 @@ def test_skins_become_bodies_away_from_the_fabric(files, by_dimensions, tmp_path
         write(tmp_path / f"{name}.stl", mesh.turned() if turned else mesh)
     found = built(*files)
     assert sum("an open surface" in note for note in found.notes) == 2
-    assert sum("inverted" in note for note in found.notes) == 2 * turned
+    assert sum("inwards" in note for note in found.notes) == 2 * turned
     assert all(len(tool.solid.borders()) == 0 for tool in found.by_name.values())
     rng = np.random.default_rng(4)
     points = np.column_stack([rng.uniform(-120.0, 120.0, (20000, 2)), rng.uniform(-8.0, 8.0, 20000)])
@@ -119,7 +119,7 @@ def test_scale_offset_and_dead_triangles(files, by_dimensions, tmp_path):
     in_inches = write(tmp_path / "stamp.stl", flat).model_copy(update={"scale": 25.4, "offset_x": -10.0})
     found = built(in_inches, files[1])
     compare(found, by_dimensions, 0.17)
-    assert found.notes == ("stamp: stamp.stl: 3 triangles without area: left out",)
+    assert found.notes == ("stamp: stamp.stl: 3 triangles without area were removed",)
 
 
 def test_files_that_are_no_tools_are_refused(files, by_dimensions, tmp_path):
@@ -129,11 +129,11 @@ def test_files_that_are_no_tools_are_refused(files, by_dimensions, tmp_path):
     for mesh, message in (
         (
             stamp.moved((0, 0, 0), 1e-3),
-            r"stamp\.stl: 0\.1 mm across on a blank of 330 mm; another unit\? scale: 10 for centimetres, 25\.4",
+            r"stamp\.stl: size 0\.1 mm on a blank of 330 mm; .* set scale: 10 for centimetres, 25\.4",
         ),
         (TriangleMesh(stamp.points, fin), r"stamp\.stl: more than two triangles meet at 1 edges"),
-        (wall, "stands upright"),
-        (_moebius(), "one side only"),
+        (wall, "an open vertical surface"),
+        (_moebius(), "one-sided surface"),
     ):
         write(path, mesh)
         with pytest.raises(InputError, match=message):

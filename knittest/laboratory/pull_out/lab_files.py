@@ -79,9 +79,7 @@ def _pulled(r: Recording) -> Pulled:
     _refuse_apart(travel, tail, r.where)
     tail = np.maximum.accumulate(np.maximum(tail, 0.0))
     lets_go = at_rest(tail, force)  # a small part of the largest
-    force = checks.tared(
-        force, r.given.preload, r.where, ("the inlay begins to slide at", lets_go, "friction of the yarn")
-    )
+    force = checks.tared(force, r.given.preload, r.where, ("the inlay begins to slide at", lets_go))
     measured, edges = "free_end" in r.values, r.given.clamped
     one = Pulled(**origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured)
     held, out = tail <= length - LEFT * one.pitch, tail >= length + one.pitch
