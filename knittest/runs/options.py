@@ -1,4 +1,4 @@
-"""Options of a command that are not part of the test itself."""
+"""Options of a command that do not change the test."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,8 +8,8 @@ from knittest.base.figure import Printing
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Place and form of what a run reports: output folder, threads, JSON on stdout, silence, VTU frames, pictures with
-    the report page; curves to compare with; formats of the pictures; the page in a browser; all notes below the table.
+    """Output of a run: folder, threads, JSON on standard output, no output, VTU frames, pictures with the report page,
+    the user's curves to compare with, formats of the pictures, the page in a browser, all notes below the table.
     """
 
     out: Path | None = None
@@ -25,5 +25,5 @@ class RunOptions:
 
     @property
     def left_out(self) -> list[str]:
-        """Files that are not wanted, as the manifest names them."""
+        """Names of the files not to be written, for the manifest."""
         return [name for name, wanted in (("frames", self.frames), ("pictures", self.pictures)) if not wanted]

@@ -190,7 +190,7 @@ def test_a_refused_run_says_so_and_frames_can_be_fewer(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", failures=("kinetic energy 12 % of the internal",))
     write_frames(folder, shell_history())
     text = view(folder, 2).read_text(encoding="utf-8")
-    assert "Comparison refused: kinetic energy 12 %" in text
+    assert "Not compared with the experiment: kinetic energy 12 %" in text
     assert parts(folder / "view.html")[0]["position"]["shape"][0] == 2
     with pytest.raises(InputError, match="at least 2"):
         view(folder, 1)

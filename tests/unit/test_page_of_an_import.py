@@ -70,7 +70,7 @@ def test_a_pattern_that_names_the_files_of_a_run_means_the_run(folder, tmp_path)
 
 def test_a_folder_of_curves_is_no_run_and_says_where_it_goes(folder, tmp_path):
     for path in (OUT / "warp", OUT / "warp/corridor.csv"):
-        with pytest.raises(InputError, match=r"run folder.*; measured curves go beside a run with knittest compare"):
+        with pytest.raises(InputError, match=r"run folder.*; to compare a run with measured curves: knittest compare"):
             find_runs([folder, path])
     (tmp_path / "notes.txt").write_text("x")
     with pytest.raises(InputError, match=r"is a file, expected a run folder$"):

@@ -58,7 +58,7 @@ def test_a_pull_is_judged_by_its_levels_and_not_by_where_its_largest_force_lies(
     assert "mean force of the second half +1" in curve_line(metrics)
     (table,) = [b for b in page_metrics(metrics) if isinstance(b, Table)]
     names = [row[0].text for row in table.rows]
-    assert "largest force of the first half off" in names and not any("strain" in name for name in names)
+    assert "error of the largest force of the first half" in names and not any("strain" in name for name in names)
 
 
 def test_a_largest_force_at_the_start_of_one_pull_only_is_no_other_unit():

@@ -70,7 +70,7 @@ def test_failed_run_shows_why_and_what_there_is_of_its_curve(tmp_path: Path) -> 
         raise NumericalError("a number is not finite in shell 12")
     page = page_of(tmp_path / "r")
     assert "This run failed: a number is not finite in shell 12. There are no results." in page.text()
-    assert "<!-- simulated, not complete -->" in page.pictures()[0].decode()
+    assert "<!-- simulated, incomplete -->" in page.pictures()[0].decode()
     assert "when it stopped" in page.text(page.section("run-1-gates"))
     assert "Missing or not readable" not in page.text()
 
@@ -80,7 +80,7 @@ def test_running_or_killed_run_is_told_from_a_finished_one(folder: Path) -> None
     for name in ("summary.json", "comparison.json", "curve.csv", "energies.csv"):
         (folder / name).unlink()
     text = page_of(folder).text()
-    assert "Not finished" in text and "This run left no results." in text and "There is no curve to draw." in text
+    assert "Not finished" in text and "This run has no results." in text and "There is no curve to draw." in text
 
 
 def test_characters_that_html_forbids_are_replaced(folder: Path) -> None:
@@ -94,7 +94,7 @@ def test_characters_that_html_forbids_are_replaced(folder: Path) -> None:
 def test_resumed_by_force_is_told(folder: Path) -> None:
     note = {"time": "2026-01-01", "at_ms": 1.5, "forced": ["solver.damping was 0.5, is 0.6"]}
     edit_json(folder / "manifest.json", resumed=[note])
-    assert "at 1.5 ms; by force, although solver.damping was 0.5, is 0.6" in page_of(folder).text()
+    assert "at 1.5 ms, with --force although solver.damping was 0.5, is 0.6" in page_of(folder).text()
 
 
 def test_older_and_newer_schemas_are_shown_as_written(folder: Path) -> None:
@@ -110,7 +110,7 @@ def test_older_and_newer_schemas_are_shown_as_written(folder: Path) -> None:
     text = page.text(page.section("summary"))
     assert "not a config of this version, shown as written" in text and "summary.json: results.mean_stress" in text
     assert "solver.old_damping" in {row[0] for rows in page.tables().values() for row in rows}
-    assert "Quality; its limits are not known" in page.tables()
+    assert "Quality measures (limits unknown)" in page.tables()
 
 
 def test_a_test_that_this_version_does_not_know(folder: Path) -> None:

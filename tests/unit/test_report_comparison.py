@@ -61,7 +61,7 @@ def test_pictures_of_runs_of_one_test_stand_beside_each_other(parent: Path, tmp_
     assert captions == [f"Run {k}: the specimen, deformed (deformed.png)" for k in (1, 2)]
     for k in (1, 2):  # not a second time
         part = page.section(f"run-{k}-pictures")
-        assert "Beside those of the other runs, above: deformed.png" in page.text(part)
+        assert "Shown above with the other runs: deformed.png" in page.text(part)
     assert len([raw for raw in page.pictures() if raw.startswith(b"RIFF")]) == 3  # of them one of the friction
 
 
@@ -104,7 +104,7 @@ def test_runs_are_told_once_and_planned_ones_named(parent: Path, tmp_path: Path)
     for name in ("warp", "weft"):
         (both / f"config-{name}.yaml").write_text("x: 1\n")
     page = page_of([both, both / "warp"], tmp_path / "page.html")
-    assert "1 runs" in page.tables() and "both: weft was planned but has no run yet" in page.text()
+    assert "1 runs" in page.tables() and "both: weft is planned but has no run yet" in page.text()
 
 
 def test_a_damaged_trial_of_a_sweep_stops_no_page_but_a_named_one_does(parent: Path, tmp_path: Path) -> None:
@@ -144,12 +144,12 @@ def test_runs_of_several_widths_are_compared_by_force_per_width(tmp_path: Path) 
         )
     page = page_of([tmp_path / "w50", tmp_path / "w100"], tmp_path / "page.html")
     rows = {row[0]: row[1:] for row in next(iter(page.tables(page.section("comparison")).values()))}
-    assert rows["peak force [N]"][1].startswith("12000 other size")
+    assert rows["peak force [N]"][1].startswith("12000 different size")
     assert rows["peak force per width [N/mm]"] == ["120.0", "120.0"]
     drawn = page.pictures()[0].decode()
     assert "<!-- force per width [N/mm] -->" in drawn and "<!-- force [N] -->" not in drawn
     same = page_of([tmp_path / "w50", tmp_path / "w50"], tmp_path / "same.html")
-    assert "other size" not in same.text()
+    assert "different size" not in same.text()
 
 
 def test_curves_free_of_size(tmp_path: Path) -> None:

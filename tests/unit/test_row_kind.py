@@ -224,7 +224,7 @@ def test_check_names_the_curves_of_another_fabric():
     run = resolve(test="picture-frame", variant="1", scale="macro")
     assert taken_over(run.fabric) == []
     *_, shear = taken_over(with_fabric(run, name="mine").fabric)
-    assert shear == "macro.shear: of pham2019-v1 by its head, so assumed for mine"
+    assert shear == "macro.shear: its header names pham2019-v1, so it is assumed for mine"
 
 
 def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path):

@@ -54,12 +54,11 @@ def test_seconds_are_those_of_all_specimens_and_units_are_readable():
     one = Estimate(1000, 4000, 1e-3, 200, 2, 3, 45.0)
     assert one.seconds == 3.0 and one.as_json()["seconds"] == 3.0 and one.as_json()["steps_at_most"] == 4000
     assert one.text().startswith(
-        "about 3 s for 1000 steps expected, 3 specimens, 2 threads, by 200 timed steps of 1 ms"
+        "about 3 s: 3 specimens x 1000 steps of 1 ms (mean of 200 steps) on 2 threads; plus 45 s for"
     )
-    assert "before them 45 s" in one.text()
     assert Estimate(1000, 4000, 1e-3, 200, 2, 3, 45.0, rest_s=0.5).seconds == 4.5
     for seconds, text in ((89.0, "89 s"), (91.0, "1.5 min"), (5500.0, "1.5 h")):
-        assert Estimate(1, 1, seconds, 1, 1, 1, 0.0).text().startswith(f"about {text} for 1 step")
+        assert Estimate(1, 1, seconds, 1, 1, 1, 0.0).text().startswith(f"about {text}: 1 step")
 
 
 class Ticking:
@@ -119,7 +118,7 @@ def test_of_a_strip_at_rest_no_time_is_told(capsys):
         "warp",
     ]
     assert command(arguments) == 0
-    assert "  time                   none: the number of steps" in capsys.readouterr().out
+    assert "  time                   no estimate: the number of steps" in capsys.readouterr().out
 
 
 def test_the_estimate_is_that_of_the_run():
