@@ -69,7 +69,7 @@ def sourced(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
 
 
 def _of_other(owner: str) -> str:
-    return f"the curve of {owner}, according to its header"
+    return f"curve of {owner}, by its header"
 
 
 def quantities(fields: object) -> Iterator[tuple[Path, Mapping[str, Any]]]:

@@ -87,7 +87,7 @@ def test_the_law_of_another_fabric_is_assumed_whatever_the_file_says(own: Path) 
         for caption, rows in tables.items()
     }
     assert rows["Assumed"]["macro.shear"].startswith(
-        "the curve of pham2019-v1, according to its header; the fabric file states measured"
+        "curve of pham2019-v1, by its header; the fabric file states measured"
     )
     assert not any("macro.shear" in found for source, found in rows.items() if source != "Assumed")
     both, _ = write_reports(runs, own / "both.html")
@@ -104,7 +104,7 @@ def test_another_fabrics_tension_is_assumed_for_shells_and_no_reference_for_yarn
     assert [
         "macro.tension.warp",
         "pham2019/curves/tensile-v1-warp.csv",
-        "the curve of pham2019-v1, according to its header",
+        "curve of pham2019-v1, by its header",
     ] in [[row[0].split()[0], *row[1:]] for row in assumed]
     found: dict[str, ReferenceCurve | None] = {}
     for scale in ("macro", "meso"):

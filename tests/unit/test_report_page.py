@@ -22,6 +22,7 @@ from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.page import write_report, write_reports
 from knittest.report_page.pictures import light
 
+GATES = "Quality checks: a run that fails one is not compared with the experiment"
 HOSTILE = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $\\frac{$ & ü"
 
 
@@ -45,9 +46,7 @@ def test_every_test_has_a_page_with_its_results_curve_and_gates(tmp_path: Path, 
     finite = [value for value in RESULTS[kind].values() if value == value]
     assert finite and all(near(value, shown) for value in finite)
     assert page.section("run-1-curve").findall("figure/div/img")
-    gates = page.tables(page.section("run-1-gates"))[
-        "Quality checks: a run that fails one is not compared with the experiment"
-    ]
+    gates = page.tables(page.section("run-1-gates"))[GATES]
     yarns = {"pull-out": 9, "cell": 8, "compaction": 10}  # with the gate of overlap without force
     assert len(gates) - 1 == ({"tensile": 10, "cantilever": 3, "friction": 11, "forming": 11} | yarns).get(kind, 9)
     assert {row[-1] for row in gates[1:]} == {"pass"}
@@ -137,7 +136,7 @@ def test_refused_run_says_so_and_names_the_gate_with_its_limit(tmp_path: Path) -
     edit_json(folder / "summary.json", quality=summary["quality"] | {"energy_error_max": 0.031, "added_mass_pct": None})
     page = page_of(folder)
     assert "Not compared with the experiment: energy error 3.10 % is above 2 %" in page.text(page.section("summary"))
-    gates = page.tables()["Quality checks: a run that fails one is not compared with the experiment"]
+    gates = page.tables()[GATES]
     assert ["energy error", "3.1 %", "2 %", "FAIL"] in gates
     assert ["added mass", "-", "5 %", "not measured"] in gates
     assert page.text(page.section("run-1-results")).count("refused") == 3

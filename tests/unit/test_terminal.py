@@ -289,10 +289,8 @@ def test_a_refused_comparison_shows_no_deviation() -> None:
 def test_a_quiet_user_is_told_why_a_run_was_refused() -> None:
     stream = io.StringIO()
     print_refused([weft(), weft(quality(("kinetic energy 9 %", "added mass 6 %")))], stream)
-    assert (
-        stream.getvalue()
-        == f"knittest: {weft().folder}: not compared with the experiment: kinetic energy 9 %; added mass 6 %\n"
-    )
+    reasons = "not compared with the experiment: kinetic energy 9 %; added mass 6 %"
+    assert stream.getvalue() == f"knittest: {weft().folder}: {reasons}\n"
 
 
 def test_no_experiment_is_said() -> None:

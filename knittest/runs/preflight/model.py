@@ -189,9 +189,9 @@ class Estimate:
         """Estimate as a sentence."""
         each = f"{self.specimens} specimens x " if self.specimens > 1 else ""
         return (
-            f"about {rounded(self.seconds)}: {each}{self.steps} steps of {1e3 * self.step_s:.3g} ms (mean of {self.timed} "
-            f"steps) on {self.threads} thread{'s' * (self.threads > 1)}; plus {rounded(self.prepared_s)} for preparation "
-            "(then cached), and pictures and report"
+            f"about {rounded(self.seconds)}: {each}{self.steps} steps of {1e3 * self.step_s:.3g} ms (mean of "
+            f"{self.timed} steps) on {self.threads} thread{'s' * (self.threads > 1)}; plus {rounded(self.prepared_s)} "
+            "for preparation (then cached), and pictures and report"
         )
 
     def as_json(self) -> dict[str, object]:

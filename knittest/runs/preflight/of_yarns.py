@@ -102,8 +102,8 @@ def _stitch_density(fabric: Fabric) -> Counterpart:
     found = float(np.sqrt(STITCHES * fabric.wale_spacing * fabric.course_spacing))
     return of_quantity(
         "loop length", "loop_length", "mm", fabric.loop_length, found,
-        f"plain knit of these densities: stitches per area x loop length squared = {STITCHES:g} (Munden, 1959)", DENSITY,
-        ("warp_density", "weft_density"),
+        f"plain knit of these densities: stitches per area x loop length squared = {STITCHES:g} (Munden, 1959)",
+        DENSITY, ("warp_density", "weft_density"),
     )  # fmt: skip
 
 
