@@ -10,7 +10,7 @@ from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, 
 from knittest.report_page.curves import overlay, overlay_figure, sizes_differ
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, shown, shown_quantity, sourced, unit_of
-from knittest.report_page.pictures import CAPTIONS, fields, fields_of, picture
+from knittest.report_page.pictures import CAPTIONS, fields, fields_figure_of, picture
 from knittest.report_page.results import rows_of
 
 #: columns of runs that fit a sheet of paper
@@ -66,7 +66,7 @@ def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
     """
     written = []
     for rig, group in by_test(runs):
-        for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_of(group))):
+        for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_figure_of(group)[0])):
             if figure is not None:
                 written.append(page.with_name(f"{page.stem}-{rig}-{what}.png"))
                 save(figure, written[-1])
@@ -74,7 +74,6 @@ def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
 
 
 def _differing(caption: str, runs: Sequence[LoadedRun], facts: Callable[[LoadedRun], dict[str, str]]) -> list[Block]:
-    """Tables of the ``facts`` that differ between ``runs``."""
     columns = [facts(run) for run in runs]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = {name: [column.get(name, "-") for column in columns] for name in names}
@@ -119,7 +118,6 @@ def shown_abreast(runs: Sequence[LoadedRun]) -> frozenset[str]:
 
 
 def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
-    """Galleries of the same picture of each run."""
     blocks: list[Block] = []
     for name in filter(shown_abreast(runs).__contains__, ABREAST_PICTURES):
         found = [
@@ -152,7 +150,6 @@ def _change(value: float | None, base: float | None) -> str:
 
 
 def _settings(run: LoadedRun) -> dict[str, str]:
-    """Every parameter and setting as text."""
     fabric = {
         ".".join(path): f"{shown_quantity(q)}{unit_of(path, run.rig)} ({q['source']})" for path, q in sourced(run)
     }

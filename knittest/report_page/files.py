@@ -242,7 +242,6 @@ def _sheet_name(text: str, others: Iterable[str]) -> str:
 
 
 def _results(folder: Path) -> Iterator[dict[str, object]]:
-    """Rows of the results of the run, or of the runs, in ``folder``."""
     for path in (*folder.glob("summary.json"), *sorted(folder.glob("*/summary.json"))):
         summary = Reader(path.parent).model(path.name, Summary)
         for row in result_rows(summary.plain(), refused=bool(summary.refused)):

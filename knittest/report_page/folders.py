@@ -73,7 +73,6 @@ def _is_run(path: Path) -> bool:
 
 
 def _run_around(path: Path) -> Path:
-    """Run folder that contains ``path``, else ``path``."""
     return path if _is_run(path) else next(filter(_is_run, path.parents), path)
 
 
@@ -170,7 +169,6 @@ def _listed(path: Path) -> Listed:
 
 
 def _planned(path: Path) -> Iterator[str]:
-    """Test, fabric and scale in config.yaml."""
     fields: dict[str, object] = {}
     with suppress(OSError, InputError, UnicodeDecodeError):
         fields = parse_document((path / "config.yaml").read_text(encoding="utf-8"), "config.yaml").data

@@ -49,7 +49,6 @@ def gates(run: LoadedRun) -> Section:
 
 
 def _relaxed(limit: LooserLimit) -> str:
-    """Notice of a relaxed limit."""
     accepted = "accepted by --accept-limits" if limit.accepted else "not accepted, so the run is not compared"
     value, preset = (f"{_shown(number)} {limit.unit}".strip() for number in (limit.value, limit.preset))
     return f"Relaxed limit: {limit.name} = {value} (preset {preset}), {accepted}"
@@ -68,7 +67,6 @@ def _row(gate: Gate, value: float | None, presets: Mapping[str, Number]) -> tupl
 
 
 def _number(value: Value) -> float | None:
-    """Number of a result, the largest of an ensemble."""
     if isinstance(value, Mapping):
         return max((v for v in value["values"] if v is not None), default=None)
     return value

@@ -96,7 +96,6 @@ def load_run(path: Path, number: int = 1) -> LoadedRun:
 
 
 def _config(reader: Reader) -> tuple[str, dict[str, Any], Run | None]:
-    """Text, fields and validated run of config.yaml."""
     raw = reader.raw("config.yaml", MAX_CONFIG)
     if raw is None:
         return "", {}, None

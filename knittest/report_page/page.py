@@ -13,7 +13,7 @@ from knittest.base.figure import Printing, printed
 from knittest.base.files import write_atomic
 from knittest.config.sources import numbers_of
 from knittest.export.identity import data_files, sha256_files, sha256_text
-from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text
+from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, parts, without_forbidden
 from knittest.report_page.comparison import by_test, differences, overview, print_pictures, shown_abreast, side_by_side
 from knittest.report_page.curves import curve
 from knittest.report_page.folders import command_folder, find_runs
@@ -56,13 +56,11 @@ def repeat(run: LoadedRun) -> Section:
 
 
 def _facts_table(caption: str, facts: Mapping[str, object]) -> Table:
-    """Table of the ``facts`` that are stated."""
     rows = [(Cell(name), Cell(str(value))) for name, value in facts.items() if value not in (None, "")]
     return Table(caption, (), rows)
 
 
 def _changed(run: LoadedRun) -> list[str]:
-    """Notices of inputs that changed since the run."""
     found, manifest = [], run.manifest
     known = {manifest.config_sha256, *(str(note.get("config_sha256")) for note in manifest.resumed)}
     if manifest.config_sha256 and run.config_text and sha256_text(run.config_text) not in known:
@@ -156,8 +154,6 @@ def run_sections(run: LoadedRun, above: frozenset[str] = frozenset()) -> list[Se
 def render(page: Page) -> str:
     """HTML of ``page``; all texts are escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    from knittest.report_page.blocks import parts, without_forbidden
 
     loader = PackageLoader("knittest.report_page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)

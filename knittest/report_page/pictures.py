@@ -58,7 +58,6 @@ def pictures(run: LoadedRun, curve_complete: bool, above: frozenset[str]) -> Sec
 
 
 def _caption(name: str) -> str:
-    """Caption of the picture ``name``, with a note if the run ended early."""
     caption = CAPTIONS.get(name.replace(".incomplete.", "."), name)
     return f"{caption}, when the run ended early" if ".incomplete." in name else caption
 
@@ -108,30 +107,20 @@ MOST_FIELDS, MAX_FIELD_BYTES = 4, 30_000_000
 
 def fields(runs: Sequence[LoadedRun]) -> list[Block]:
     """Picture of the shear angles of ``runs`` of one test in plan, where two or more have them."""
-    found, problems = _read(runs)
+    figure, problems = fields_figure_of(runs)
     blocks: list[Block] = [Text(problem, "warn") for problem in problems]
-    figure = _figure(found)
     if figure is None:
         return blocks
     caption = f"{TITLE}: one colour scale; lower row: difference from the first run"
     try:
         uri = light(png(figure))
-    except Exception as error:  # whatever the encoder meets
+    except Exception as error:  # of any kind in the encoder
         return [Text(f"{caption}: cannot be drawn ({error})", "warn"), *blocks]
     return [Picture(uri, caption, caption, wide=True), *blocks]
 
 
-def fields_of(runs: Sequence[LoadedRun]) -> "Figure | None":
-    """Figure of :func:`fields`; ``None`` for fewer than two runs with a field."""
-    return _figure(_read(runs)[0])
-
-
-def _figure(found: Sequence[PlanField]) -> "Figure | None":
-    return fields_figure(found, title=TITLE, label=LABEL) if len(found) > 1 else None
-
-
-def _read(runs: Sequence[LoadedRun]) -> tuple[list[PlanField], list[str]]:
-    """Fields of the first runs that have them, and problems of others."""
+def fields_figure_of(runs: Sequence[LoadedRun]) -> "tuple[Figure | None, list[str]]":
+    """Figure of the shear angles of the first runs that have them, None for fewer than two, and problems of others."""
     found: list[PlanField] = []
     problems = []
     for run in runs:
@@ -148,4 +137,4 @@ def _read(runs: Sequence[LoadedRun]) -> tuple[list[PlanField], list[str]]:
             continue
         scale = run.summary.scale or run.setting("model", "scale") or ""
         found.append(PlanField(f"run {run.number}, {scale}", table[:, :2], table[:, 2]))
-    return found, problems
+    return fields_figure(found, title=TITLE, label=LABEL) if len(found) > 1 else None, problems

@@ -128,7 +128,6 @@ def results(run: LoadedRun) -> Section:
 
 
 def _cited(row: ComparedRow) -> str:
-    """Source of a row without the note on its scaling, which stands in the row."""
     return row.source.removesuffix(f", {row.scaled}") if row.scaled else row.source
 
 

@@ -21,7 +21,6 @@ STEPS, REPEATS = 50, 5
 
 
 def _median(call: Callable[[], object]) -> float:
-    """Median wall time [s] of a call, after one call to warm up."""
     call()
     times = []
     for _ in range(REPEATS):

@@ -21,7 +21,7 @@ from knittest.base.interrupts import Interrupts
 from knittest.export.files import Damaged, read_arrays, write_arrays
 from knittest.export.identity import Identity
 from knittest.models.explicit_model import State, arrays_of, entry, prefixed, under
-from knittest.solve.state import Snapshot, frame_of, frame_state
+from knittest.solve.state import Observer, Snapshot, frame_of, frame_state
 
 PATTERN = "checkpoint-*.npz"
 KEPT = 2
@@ -118,9 +118,9 @@ class Checkpoints:
             return None
 
     @contextmanager
-    def keeping(self, specimen: int) -> Iterator["SpecimenKeeper"]:
-        """Keeper of a specimen; inside, signals wait for the next checkpoint once the simulation has begun."""
-        keeper = SpecimenKeeper(self, specimen)
+    def keeping(self, specimen: int, keeper: "SpecimenKeeper | None" = None) -> Iterator["SpecimenKeeper"]:
+        """``keeper`` of a specimen; inside, signals wait for the next checkpoint once the simulation has begun."""
+        keeper = keeper or SpecimenKeeper(self, specimen)
         with self.interrupts.held(when=lambda: keeper.began):
             yield keeper
         self.interrupts.check()
@@ -187,19 +187,17 @@ class Checkpoints:
             return None
 
     def _begun(self) -> list[int]:
-        """Numbers of the specimens with a file."""
         names = [path.name for path in self.folder.glob(PATTERN)]
         found = (re.fullmatch(r"checkpoint-(\d{4})-\d{4,}\.npz|checkpoint-specimen-(\d{4})\.npz", n) for n in names)
         return sorted({int(match[1] or match[2]) for match in found if match})
 
     def _numbers(self, specimen: int) -> list[int]:
-        """Numbers of the checkpoints of ``specimen``."""
         names = [path.stem for path in self.folder.glob(f"checkpoint-{specimen:04d}-*.npz")]
         return [int(name.rpartition("-")[2]) for name in names]
 
 
-class SpecimenKeeper:
-    """Stores the simulation of one specimen for a :class:`knittest.solve.state.Observer`."""
+class SpecimenKeeper(Observer):
+    """Observer that stores the simulation of one specimen."""
 
     def __init__(self, store: Checkpoints, specimen: int) -> None:
         self.store, self.specimen = store, specimen
@@ -220,7 +218,7 @@ class SpecimenKeeper:
         self._speed_share = 1.0 if newest is None else float(newest[1].state.get(SPEED_SHARE, 1.0))
         return self._speed_share
 
-    def restarts(self, share: float) -> None:
+    def restarts(self, share: float, reason: str = "") -> None:
         """Discard the checkpoints; the specimen restarts at ``share`` of the configured speed."""
         self.store.drop(self.specimen)
         self._speed_share, self.began = share, False
@@ -261,7 +259,6 @@ def _path(folder: Path, specimen: int, number: int) -> Path:
 
 
 def _frames(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
-    """File of a frame, and its copy."""
     name = f"checkpoint-frame-{specimen:04d}-{frame:04d}"
     return folder / f"{name}.npz", folder / f"{name}-copy.npz"
 

@@ -50,20 +50,25 @@ def execute(
 ) -> Outcome:
     """Run the missing specimens of ``run`` and write its folder; ``ahead`` runs specimens in parallel beforehand."""
     references = references_of(run, options.against)
-    with compiling_for(run), _with_page_of_failure(options), _opened(run, place, interrupts, progress) as opened:
-        if left_out := options.left_out:
-            opened.folder.note(left_out=left_out)
-        with interrupts.heard():
-            with _keeping_partial(run, opened, references, options):
-                if ahead is not None:
-                    ahead(run, opened, progress)
-                specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
-            progress.done()
-            judgement = judge(run, specimens, references, opened.folder.forced)
-            write_files(run, specimens, references, judgement, opened.folder, options)
-        refused = judgement.quality.failures
-        if refused:
-            opened.folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(refused))
+    try:
+        with compiling_for(run), _opened(run, place, interrupts, progress) as opened:
+            if left_out := options.left_out:
+                opened.folder.note(left_out=left_out)
+            with interrupts.heard():
+                with _keeping_partial(run, opened, references, options):
+                    if ahead is not None:
+                        ahead(run, opened, progress)
+                    specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
+                progress.done()
+                judgement = judge(run, specimens, references, opened.folder.forced)
+                write_files(run, specimens, references, judgement, opened.folder, options)
+            refused = judgement.quality.failures
+            if refused:
+                opened.folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(refused))
+    except NumericalError as error:
+        if isinstance(error.partial, Path) and options.pictures:
+            write_if_possible(error.partial, write_report)
+        raise
     if options.pictures:
         write_if_possible(opened.folder.path, write_report)
     return Outcome(run, opened.folder.path, judgement.summary, judgement.quality, judgement.own)
@@ -133,20 +138,7 @@ def _keeping_partial(run: Run, opened: Opened, references: References, options: 
         raise
 
 
-@contextmanager
-def _with_page_of_failure(options: RunOptions) -> Iterator[None]:
-    """Write the page of a run that ended early."""
-    try:
-        yield
-    except NumericalError as error:
-        folder = error.partial
-        if isinstance(folder, Path) and options.pictures:
-            write_if_possible(folder, write_report)
-        raise
-
-
 def _specimen(run: Run, number: int, opened: Opened, progress: Progress) -> Specimen:
-    """Specimen ``number`` of ``run``, read from its checkpoint or run."""
     stored = opened.checkpoints.finished(number)
     if stored is not None:
         return specimen_of(stored)
@@ -161,10 +153,10 @@ def _run_and_store(run: Run, number: int, checkpoints: Checkpoints, log: Log, pr
         run = run.model_copy(update={"variability": run.variability.model_copy(update={"mode": "random"})})
         label = f"{label} {number + 1}/{count}"
     start = clock.perf_counter()
-    with checkpoints.keeping(number) as keeper:
-        watcher = Watcher(label, TESTS[run.rig.kind].ends_at_failure, progress, log, keeper)
+    watcher = Watcher(checkpoints, number, label, TESTS[run.rig.kind].ends_at_failure, progress, log)
+    with checkpoints.keeping(number, watcher):
         specimen = run_specimen(run, number, watcher)
-        keeper.finish(specimen_state(specimen, frames=number == 0))  # pictures show the first specimen
+        watcher.finish(specimen_state(specimen, frames=number == 0))  # pictures show the first specimen
     log("specimen", number=number, seconds=round(clock.perf_counter() - start, 3), **specimen.results)
     return specimen
 

@@ -72,7 +72,6 @@ def _rows(outcome: "Outcome", plus_minus: str = "±") -> list[ResultRow]:
 
 
 def _name(outcome: "Outcome") -> str:
-    """Direction of the strip; the test where it has none."""
     return str(outcome.summary["direction"] or outcome.summary["rig"])
 
 
@@ -317,7 +316,6 @@ def _tables(
 
 
 def _print_coloured(table_lines: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]], stream: TextIO) -> None:
-    """Print the lines of a head and of each of ``rows``, the verdict in its colour."""
     from rich.console import Console
     from rich.text import Text
 

@@ -19,7 +19,7 @@ from knittest.kernels.threading import limited
 from knittest.laboratory.after_rest import KINETIC, LIMITS, SPEED, at_speed, check_speed
 from knittest.laboratory.base import Prepared, cut_curve_warnings
 from knittest.laboratory.report_base import TESTS
-from knittest.runs.checkpoints import SpecimenKeeper
+from knittest.runs.checkpoints import Checkpoints, SpecimenKeeper
 from knittest.solve.compiling import warm
 from knittest.solve.settled_cell import too_coarse, with_draw_in
 from knittest.solve.state import SILENT, TESTING, Observer, SimulationCost, Snapshot, TooFastError
@@ -141,14 +141,17 @@ def _axial_share(run: Run) -> float:
 Log = Callable[..., None]
 
 
-class Watcher(Observer):
-    """Observer of a run: ``label`` stands in front of phases, ``until_failure`` says whether a failure of the specimen
-    ends its test, ``log`` writes lines of the run's log.
+class Watcher(SpecimenKeeper):
+    """Keeper that shows phases under ``label`` and the progress, and writes lines of the run's log.
+
+    ``until_failure``: a failure of the specimen ends its test.
     """
 
-    def __init__(self, label: str, until_failure: bool, progress: Progress, log: Log, keeper: SpecimenKeeper) -> None:
-        self._label, self._until_failure = label, until_failure
-        self._progress, self._log, self._keeper = progress, log, keeper
+    def __init__(
+        self, store: Checkpoints, specimen: int, label: str, until_failure: bool, progress: Progress, log: Log
+    ) -> None:
+        super().__init__(store, specimen)
+        self._label, self._until_failure, self._progress, self._log = label, until_failure, progress, log
 
     def phase(self, text: str) -> None:
         """Show the phase."""
@@ -159,7 +162,7 @@ class Watcher(Observer):
         """Log overlapping yarns."""
         if found.largest > 0.0:
             self._log(
-                "overlap", number=self._keeper.specimen, contacts=found.count,
+                "overlap", number=self.specimen, contacts=found.count,
                 largest_pct=round(100.0 * found.largest, 3), worst=found.worst,
             )  # fmt: skip
 
@@ -173,29 +176,17 @@ class Watcher(Observer):
 
     def resume_from(self) -> Snapshot | None:
         """Return the newest checkpoint, and log it."""
-        found = self._keeper.resume_from()
+        found = super().resume_from()
         if found is not None:
-            self._log("goes on", number=self._keeper.specimen, at_ms=found.time)
+            self._log("goes on", number=self.specimen, at_ms=found.time)
         return found
 
     def resumed(self, fraction: float, time_ms: float) -> None:
         """Print where the run is resumed."""
         self._progress.say(f"{self._label}: resumed at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
 
-    def speed_share(self) -> float:
-        """Return the speed share of the newest checkpoint."""
-        return self._keeper.speed_share()
-
-    def restarts(self, share: float, reason: str) -> None:
+    def restarts(self, share: float, reason: str = "") -> None:
         """Print the reason, and discard the checkpoints."""
-        self._log("restart", number=self._keeper.specimen, share=share, reason=reason)
+        self._log("restart", number=self.specimen, share=share, reason=reason)
         self._progress.say(f"{self._label}: {reason}")
-        self._keeper.restarts(share)
-
-    def visit(self, take: Callable[[], Snapshot]) -> None:
-        """Write a checkpoint when it is due; raise for a signal."""
-        self._keeper.visit(take)
-
-    def failed(self, take: Callable[[], Snapshot]) -> None:
-        """Write the failed state."""
-        self._keeper.failed(take)
+        super().restarts(share)

@@ -92,7 +92,6 @@ def _worst(qualities: list[Quality]) -> Quality:
 
 
 def _total(costs: list[Cost]) -> Cost:
-    """Sums of times and steps over the specimens."""
     seconds = sum(c.steps * c.elements / c.element_steps_per_s for c in costs)
     return replace(
         costs[0],

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.export.keywords import KeywordFile
+from knittest.export.keywords import KeywordFile, Value
 from knittest.kernels.shell_state import BLOCK, FIBRE_X, STATE_ROWS, Laminate
 from knittest.kernels.state import ALONG, Drive
 from knittest.kernels.tool_contact import FREE, HELD
@@ -75,6 +75,18 @@ class Part(NamedTuple):
     thickness: float
 
 
+def add_block(deck: KeywordFile, keyword: str, names: str, *values: Value, title: str | None = None) -> None:
+    """Add ``keyword``, with its ``title``, and its first card."""
+    deck.keyword(keyword, title)
+    deck.card(names, *values)
+
+
+def add_part(deck: KeywordFile, title: str, part: int, section: int, material: int, keyword: str = "PART") -> None:
+    """Add a part."""
+    names = "pid secid mid eosid hgid grav adpopt tmid"
+    add_block(deck, keyword, names, part, section, material, 0, 0, 0, 0, 0, title=title)
+
+
 def add_nodes(deck: KeywordFile, points: Array) -> int:
     """Add nodes at ``points`` (n, 3); returns the number of the first."""
     first = deck.given.get("node", 0) + 1
@@ -88,36 +100,29 @@ def add_sheet(deck: KeywordFile, model: FabricModel) -> Part:
     """Add nodes, shell elements, section, layers and their materials; returns the part of the fabric."""
     add_nodes(deck, model.position())
     thick = 2.0 * model.laminate.layer_offset
-    density = float(model.mass.sum()) / (_area(model) * thick)
+    a, b, c, d = np.moveaxis(model.position()[model.mesh.cells], 1, 0)
+    area = float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
+    density = float(model.mass.sum()) / (area * thick)
     materials, section = _materials(deck, model, thick, density), deck.number_for("section")
     fabric, plies = deck.number_for("part"), [deck.number_for("part") for _ in range(2)]
-    deck.keyword("INTEGRATION_SHELL")
-    deck.card("irid nip esop failopt", 1, LAYERS, 0, 0)
+    add_block(deck, "INTEGRATION_SHELL", "irid nip esop failopt", 1, LAYERS, 0, 0)
     share = 1.0 / LAYERS
     deck.rows("s wf pid", [(-1.0, share, plies[0]), (0.0, share, plies[1]), (1.0, share, plies[0])])
     deck.keyword("SECTION_SHELL_TITLE", "fabric: layers at the laminate's offset, not at the fabric's faces")
     deck.card("secid elform shrf nip propt qr/irid icomp setyp", section, 16, 1.0, LAYERS, 0, -1, 0, 1)
     deck.card("t1 t2 t3 t4 nloc marea idof edgset", thick, thick, thick, thick, 0, 0, 0, 0)
     surface = 2.0 * float(model.mesh.radius[0])
-    deck.keyword("PART_CONTACT", "fabric")
-    deck.card("pid secid mid eosid hgid grav adpopt tmid", fabric, section, materials[1], 0, 0, 0, 0, 0)
+    add_part(deck, "fabric", fabric, section, materials[1], "PART_CONTACT")
     deck.card("fs fd dc vc optt sft ssf cparm8", None, None, None, None, surface, 1.0, 1.0, None)
     for ply, material, name in zip(plies, materials, ("outer layers", "middle layer"), strict=True):
-        deck.keyword("PART", f"{name}, without elements")
-        deck.card("pid secid mid eosid hgid grav adpopt tmid", ply, section, material, 0, 0, 0, 0, 0)
+        add_part(deck, f"{name}, without elements", ply, section, material)
     deck.keyword("ELEMENT_SHELL")
     cells = (model.mesh.cells + 1).tolist()
     deck.rows("eid:8 pid:8 n1:8 n2:8 n3:8 n4:8", ((e, fabric, *corners) for e, corners in enumerate(cells, 1)))
     return Part(fabric, "fabric", surface)
 
 
-def _area(model: FabricModel) -> float:
-    a, b, c, d = np.moveaxis(model.position()[model.mesh.cells], 1, 0)
-    return float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
-
-
 def _materials(deck: KeywordFile, model: FabricModel, thick: float, density: float) -> list[int]:
-    """Add the materials of the outer and middle layers; returns their numbers."""
     card, ply = model.laminate, thick / LAYERS
     angle, force = shear_curve(card)
     shear = deck.curve("fabric: shear stress [MPa] over the shear angle [rad]", angle, force / thick)
@@ -192,7 +197,11 @@ def add_motions(deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: l
     held[model.mass == 0.0] = True  # clamped nodes
     held[node[~still], dof[~still]] = False
     held[node[still], dof[still]] = True
-    _add_held(deck, held)
+    for flags in np.unique(held[held.any(axis=1)], axis=0):
+        names = ", ".join(name for name, flag in zip(AXES, flags, strict=True) if flag)
+        nodes = add_set(deck, "node", f"held in {names}", np.flatnonzero((held == flags).all(axis=1)) + 1)
+        names = "nsid cid dofx dofy dofz dofrx dofry dofrz"
+        add_block(deck, "BOUNDARY_SPC_SET", names, nodes, 0, *(int(flag) for flag in flags))
     curves: dict[int, int] = {}
     for number, axis in sorted({(int(t), int(d)) for t, d in zip(table[~still], dof[~still], strict=True)}):
         of = ~still & (table == number) & (dof == axis)
@@ -200,14 +209,6 @@ def add_motions(deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: l
             curves[number] = add_curve(deck, f"velocity {number} [mm/ms] over time [ms]", tables[number], end)
         _add_moved(deck, node[of] + 1, scale[of], axis, curves[number])
     _add_loads(deck, drive, tables, end)
-
-
-def _add_held(deck: KeywordFile, held: NDArray[np.bool_]) -> None:
-    for flags in np.unique(held[held.any(axis=1)], axis=0):
-        names = ", ".join(name for name, flag in zip(AXES, flags, strict=True) if flag)
-        nodes = add_set(deck, "node", f"held in {names}", np.flatnonzero((held == flags).all(axis=1)) + 1)
-        deck.keyword("BOUNDARY_SPC_SET")
-        deck.card("nsid cid dofx dofy dofz dofrx dofry dofrz", nodes, 0, *(int(f) for f in flags))
 
 
 def _add_moved(deck: KeywordFile, node: Array, scale: Array, axis: int, curve: int) -> None:
@@ -271,7 +272,14 @@ def add_tools(deck: KeywordFile, rig: FormingTest, boundary: Boundary, end: floa
     named = surfaces(rig, boundary.model.position())
     for (name, surface), tool in zip(named.items(), boundary.tools, strict=True):
         parts.append(_add_tool(deck, name, surface, tool, section))
-        _add_motion(deck, name, parts[-1], tool, boundary, end)
+        motion, load = tool.motion[2], tool.load[2]
+        if motion >= 0:
+            curve = add_curve(deck, f"velocity of the {name} [mm/ms] over time [ms]", boundary.tables[motion], end)
+            keyword = "BOUNDARY_PRESCRIBED_MOTION_RIGID"
+            add_block(deck, keyword, "pid dof vad lcid sf", parts[-1], DOF_Z, VELOCITY, curve, 1.0)
+        if load >= 0:
+            curve = add_curve(deck, f"force on the {name} [N] over time [ms]", boundary.tables[load], end)
+            add_block(deck, "LOAD_RIGID_BODY", "pid dof lcid sf", parts[-1], DOF_Z, curve, 1.0)
     return parts
 
 
@@ -283,8 +291,7 @@ def _add_tool(deck: KeywordFile, name: str, surface: TriangleMesh, tool: Tool, s
     deck.card("mid ro e pr n couple m alias", card, density, MODULUS, POISSON, 0.0, 0.0, 0.0, None)
     deck.card("cmo con1 con2", 1.0, ALONG_Z if free else FIXED, FIXED)
     deck.card("lco_or_a1 a2 a3 v1 v2 v3", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    deck.keyword("PART", name)
-    deck.card("pid secid mid eosid hgid grav adpopt tmid", part, section, card, 0, 0, 0, 0, 0)
+    add_part(deck, name, part, section, card)
     first = add_nodes(deck, surface.points)
     element = deck.given["element"] + 1
     deck.given["element"] += len(surface.triangles)
@@ -294,18 +301,6 @@ def _add_tool(deck: KeywordFile, name: str, surface: TriangleMesh, tool: Tool, s
         "eid:8 pid:8 n1:8 n2:8 n3:8 n4:8", ((element + k, part, a, b, c, c) for k, (a, b, c) in enumerate(corners))
     )
     return part
-
-
-def _add_motion(deck: KeywordFile, name: str, part: int, tool: Tool, boundary: Boundary, end: float) -> None:
-    motion, load = tool.motion[2], tool.load[2]
-    if motion >= 0:
-        curve = add_curve(deck, f"velocity of the {name} [mm/ms] over time [ms]", boundary.tables[motion], end)
-        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID")
-        deck.card("pid dof vad lcid sf", part, DOF_Z, VELOCITY, curve, 1.0)
-    if load >= 0:
-        curve = add_curve(deck, f"force on the {name} [N] over time [ms]", boundary.tables[load], end)
-        deck.keyword("LOAD_RIGID_BODY")
-        deck.card("pid dof lcid sf", part, DOF_Z, curve, 1.0)
 
 
 #: kinds of surface in *CONTACT: a set of parts, a part
@@ -331,8 +326,7 @@ def add_contact(
     thickness: tuple[float | None, float | None] = (None, None), ignore: int = IGNORE,
 ) -> None:  # fmt: skip
     """Add contact of ``kind`` between two ``surfaces`` (their numbers, then their types) of ``thickness`` [mm]."""
-    deck.keyword(f"CONTACT_{kind}_ID")
-    deck.card("cid heading:70", deck.number_for("contact"), title.replace(",", ";")[:70])
+    add_block(deck, f"CONTACT_{kind}_ID", "cid heading:70", deck.number_for("contact"), title.replace(",", ";")[:70])
     deck.card("surfa surfb surfatyp surfbtyp saboxid sbboxid sapr sbpr", *surfaces, 0, 0, 1, 1)
     decay = DECAY if law.static > law.kinetic else 0.0
     deck.card("fs fd dc vc vdc penchk bt dt", law.static, law.kinetic, decay, 0.0, 100.0 * law.damping, 0, 0.0, 1e20)

@@ -27,6 +27,7 @@ from knittest.runs.deck.sheet import (
     SEEN,
     Part,
     Rubbing,
+    add_block,
     add_contact,
     add_motions,
     add_set,
@@ -176,26 +177,21 @@ def _add_head(deck: KeywordFile, run: Run, prepared: Prepared, missing: list[str
 
 
 def _add_control(deck: KeywordFile, run: Run, end: float) -> None:
-    """Add duration, step, damping and output."""
     sample, frame = end / run.output.samples, end / max(run.output.frames, 1)
-    deck.keyword("CONTROL_TERMINATION")
-    deck.card("endtim endcyc dtmin endeng endmas nosol", end, 0, 0.0, 0.0, 1e8, 0)
+    add_block(deck, "CONTROL_TERMINATION", "endtim endcyc dtmin endeng endmas nosol", end, 0, 0.0, 0.0, 1e8, 0)
     deck.keyword("CONTROL_TIMESTEP")
     deck.card("dtinit tssfac isdo tslimt dt2ms lctm erode ms1st", 0.0, run.solver.safety, 0, 0.0, 0.0, 0, 0, 0)
-    deck.keyword("CONTROL_ENERGY")
-    deck.card("hgen rwen slnten rylen", 2, 2, 2, 2)
+    add_block(deck, "CONTROL_ENERGY", "hgen rwen slnten rylen", 2, 2, 2, 2)
     if run.solver.damping_per_ms > 0.0:
         deck.keyword("DAMPING_GLOBAL")
         deck.card("lcid valdmp stx sty stz srx sry srz", 0, run.solver.damping_per_ms, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     for name in ("GLSTAT", "MATSUM", "BNDOUT", "SPCFORC", "RCFORC", "SLEOUT"):
-        deck.keyword(f"DATABASE_{name}")
-        deck.card("dt binary lcur ioopt", sample, 0, 0, 1)
+        add_block(deck, f"DATABASE_{name}", "dt binary lcur ioopt", sample, 0, 0, 1)
     deck.keyword("DATABASE_BINARY_D3PLOT")
     deck.card("dt lcdt beam npltc psetid", frame, 0, 0, 0, 0)
 
 
 def _add_self_contact(deck: KeywordFile, run: Run, model: YarnModel | FabricModel, parts: list[Part]) -> None:
-    """Add the contact of yarns with each other, or of the fabric with itself."""
     numbers = [part.number for part in parts]
     if isinstance(model, YarnModel):
         if model.contact:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile
 from knittest.models.yarn_model import YarnModel
-from knittest.runs.deck.sheet import Part, add_nodes
+from knittest.runs.deck.sheet import Part, add_nodes, add_part
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -28,14 +28,6 @@ BEYOND, UNBROKEN = 1.2, 0.5
 #: distance of the orientation nodes over the size of the specimen
 FAR = 10.0
 NEVER = 1e20
-
-
-def section_of(model: YarnModel) -> Index:
-    """Section of each element of the mesh, (n_el,)."""
-    section = np.zeros(model.n_nodes, np.int64)
-    for first, stop, number in model.parts.span:
-        section[first:stop] = number
-    return section[model.element_node]
 
 
 def cable_law(knee: Array, slope: Array, slack: float, held: float, end: float) -> tuple[Array, Array]:
@@ -60,7 +52,10 @@ def add_yarns(deck: KeywordFile, model: YarnModel) -> list[Part]:
     """
     if np.any(model.beams.excess != 0.0) or model.group.excess.size:
         raise InputError("deck: elliptic yarn sections are not supported; leave out fabric.reinforcing.section")
-    position, cells, section = model.position(), model.mesh.cells, section_of(model)
+    position, cells, section = model.position(), model.mesh.cells, np.zeros(model.n_nodes, np.int64)
+    for first, stop, number in model.parts.span:
+        section[first:stop] = number
+    section = section[model.element_node]
     length = np.linalg.norm(position[cells[:, 1]] - position[cells[:, 0]], axis=1)
     middle, size = position.mean(axis=0), float(np.ptp(position, axis=0).max())
     deck.comment("nodes of the yarns; the last three only orient the beams, whose sections are round")
@@ -122,8 +117,7 @@ class _Own:
         deck.card(
             "mid ro e pr da db not_used", card, MASS_SHARE * self.line_mass / self.area, modulus, POISSON, 0, 0, 0
         )
-        deck.keyword("PART_CONTACT", f"{self.name}, bending")
-        deck.card("pid secid mid eosid hgid grav adpopt tmid", part, beam, card, 0, 0, 0, 0, 0)
+        add_part(deck, f"{self.name}, bending", part, beam, card, "PART_CONTACT")
         deck.card("fs fd dc vc optt sft ssf cparm8", None, None, None, None, 2.0 * self.radius, 1.0, 1.0, None)
         return part
 
@@ -167,6 +161,5 @@ class _Own:
         density = (1.0 - MASS_SHARE) * self.line_mass / self.area
         deck.card("mid ro e lcid f0 tmaxf0 tramp iread", card, density, self.axial / self.area, curve, 0.0, 0.0, 0.0, 1)
         deck.card("output tstart fracl0 mxeps mxfrc", 1, 0.0, 0.0, fail if breaks else NEVER, NEVER)
-        deck.keyword("PART", title)
-        deck.card("pid secid mid eosid hgid grav adpopt tmid", part, beam, card, 0, 0, 0, 0, 0)
+        add_part(deck, title, part, beam, card)
         return part

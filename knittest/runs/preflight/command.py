@@ -5,6 +5,7 @@ import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numba
 
@@ -16,7 +17,6 @@ from knittest.config.run import Run
 from knittest.experiment.origin import borrowed
 from knittest.kernels.threading import best_threads
 from knittest.runs.preflight.model import (
-    ModelFacts,
     estimate,
     model_facts,
     model_lines,
@@ -80,7 +80,6 @@ def check_command(runs: Sequence[Run], options: CheckOptions, cells: Sequence[Ru
 
 
 def _card(cells: Sequence[Run], options: CheckOptions) -> list[str]:
-    """Lines on the material card that must be derived before a macro model can be checked."""
     if not cells:
         return []
     name, parallel = cells[0].fabric.name, min(numba.get_num_threads(), len(cells))
@@ -107,7 +106,7 @@ def counterparts(fabric: Fabric) -> list[Counterpart]:
     return [with_owner(row, fabric) for row in (*test_counterparts(fabric), *yarn_counterparts(fabric))]
 
 
-def _model(run: Run, options: CheckOptions) -> tuple[list[str], ModelFacts]:
+def _model(run: Run, options: CheckOptions) -> tuple[list[str], dict[str, Any]]:
     kind = kinds()[run.rig.kind]
     checked, numbers = kind.load("checked")(run, options.folder) if kind.checked else ([], None)
     start = clock.perf_counter()

@@ -1,8 +1,9 @@
 """Model of a run before it starts: sizes, masses, time step, memory, initial overlap, speed, run time."""
 
 import time as clock
-from dataclasses import dataclass
-from typing import Any, NotRequired, TypedDict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, cast
 
 from knittest.base.errors import NumericalError
 from knittest.base.history import OVERLAP_COUNTS
@@ -17,7 +18,7 @@ from knittest.kernels.threading import limited
 from knittest.laboratory.after_rest import SPEED, at_result_speed, kept_speed
 from knittest.laboratory.base import Holder, Prepared
 from knittest.laboratory.halving import changes, halving
-from knittest.models.boundary import Boundary, Readings
+from knittest.models.boundary import Boundary
 from knittest.runs.specimen import run_specimen, threads_for
 from knittest.solve.compiling import warm
 from knittest.solve.simulate import simulate
@@ -27,41 +28,13 @@ from knittest.solve.state import Observer, Rig
 BYTES_PER_NODE = 900
 
 
-class ModelFacts(TypedDict):
-    """Numbers of a model, with units in their names."""
-
-    fabric: str
-    parameters: str
-    test: str
-    direction: str
-    scale: str
-    preset: str
-    specimen: dict[str, float]
-    elements: int
-    nodes: int
-    mass_g: float
-    area_mass_g_m2: float
-    time_step_us: float
-    added_mass_pct: float
-    steps_at_most: int
-    duration_ms: float
-    arrays_mb: float
-    notes: list[str]
-    overlap_pct: NotRequired[float]
-    overlapping_contacts: NotRequired[int]
-    worst_overlaps: NotRequired[list[str]]
-    tools: NotRequired[dict[str, object]]
-    estimate: NotRequired[dict[str, object] | None]
-    converged: NotRequired[bool]
-
-
-def model_facts(run: Run, prepared: Prepared) -> ModelFacts:
-    """Numbers of the ``prepared`` model of ``run``."""
+def model_facts(run: Run, prepared: Prepared) -> dict[str, Any]:
+    """Numbers of the ``prepared`` model of ``run``, with units in their names; overlaps for the meso scale."""
     model = prepared.model
     overlaps = model.prepare()
     step = run.solver.safety * model.critical_step
     mass = float(model.mass.sum())
-    facts: ModelFacts = {
+    facts = {
         "fabric": run.fabric.name,
         "parameters": run.parameters,
         "test": run.rig.kind,
@@ -88,7 +61,7 @@ def model_facts(run: Run, prepared: Prepared) -> ModelFacts:
     return facts
 
 
-def model_lines(run: Run, facts: ModelFacts) -> list[str]:
+def model_lines(run: Run, facts: Mapping[str, Any]) -> list[str]:
     """:func:`model_facts` as lines for a user."""
     what = " ".join(part for part in (facts["test"], facts["direction"]) if part)
     specimen = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in facts["specimen"].items())
@@ -165,42 +138,38 @@ STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """Expected ``steps`` out of ``at_most``, seconds per step from ``timed`` steps, on ``threads`` threads.
+    """Expected and largest number of steps, and seconds per step from the timed ones; ``specimens`` run in sequence.
 
-    ``specimens`` run one after the other. ``prepared_s``: seconds for kernels, relaxed cells and the model, once;
-    ``rest_s``: seconds before the first step of each specimen, mostly for its initial equilibrium.
+    ``preparation_s`` is spent once on kernels, relaxed cells and the model, ``rest_s`` before the first step of each
+    specimen, mostly on its initial equilibrium.
     """
 
-    steps: int
-    at_most: int
-    step_s: float
-    timed: int
+    steps_expected: int
+    steps_at_most: int
+    seconds_per_step: float
+    steps_timed: int
     threads: int
     specimens: int
-    prepared_s: float
+    preparation_s: float
     rest_s: float = 0.0
 
     @property
     def seconds(self) -> float:
         """Seconds for all specimens: initial equilibrium and steps."""
-        return (self.rest_s + self.steps * self.step_s) * self.specimens
+        return (self.rest_s + self.steps_expected * self.seconds_per_step) * self.specimens
 
     def text(self) -> str:
         """Estimate as a sentence."""
         each = f"{self.specimens} specimens x " if self.specimens > 1 else ""
         return (
-            f"about {rounded(self.seconds)}: {each}{self.steps} steps of {1e3 * self.step_s:.3g} ms (mean of "
-            f"{self.timed} steps) on {self.threads} thread{'s' * (self.threads > 1)}; plus {rounded(self.prepared_s)} "
-            "for preparation (then cached), and pictures and report"
+            f"about {rounded(self.seconds)}: {each}{self.steps_expected} steps of {1e3 * self.seconds_per_step:.3g} ms "
+            f"(mean of {self.steps_timed} steps) on {self.threads} thread{'s' * (self.threads > 1)}; plus "
+            f"{rounded(self.preparation_s)} for preparation (then cached), and pictures and report"
         )
 
     def as_json(self) -> dict[str, object]:
         """All numbers, for a program."""
-        return {
-            "seconds": self.seconds, "steps_expected": self.steps, "steps_at_most": self.at_most,
-            "seconds_per_step": self.step_s, "steps_timed": self.timed, "threads": self.threads,
-            "specimens": self.specimens, "preparation_s": self.prepared_s, "rest_s": self.rest_s,
-        }  # fmt: skip
+        return {"seconds": self.seconds, **asdict(self)}
 
 
 class _Brief:
@@ -208,20 +177,15 @@ class _Brief:
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
-        self.duration, self.coordinate, self.force = rig.duration, rig.coordinate, rig.force
-        self.averaged_from, self.marks = rig.averaged_from, rig.marks
         self.mounted_at, self.locks = 0.0, False  # a mounting takes as long a step as the test
         self.times: list[tuple[float, float]] = []  # simulated [ms], clock [s]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._rig, name)
 
     def constrain(self, boundary: Boundary) -> None:
         self._rig.constrain(boundary)
         self.step = boundary.dt
-
-    def ring_time(self, wave_speed: float) -> float:
-        return self._rig.ring_time(wave_speed)
-
-    def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        return self._rig.channels(time, readings)
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """Tell whether the test has ended, or enough steps and seconds are timed."""
@@ -235,15 +199,15 @@ class _Brief:
         """Steps between the first sample and the last one."""
         return round((self.times[-1][0] - self.times[0][0]) / self.step)
 
-    def before(self, start: float) -> float:
-        """Wall time [s] from ``start`` to the first step."""
-        simulated, sampled = self.times[0]
-        return max(sampled - start - simulated / self.step * self.step_s, 0.0)
-
     @property
     def step_s(self) -> float:
         """Seconds per timed step."""
         return (self.times[-1][1] - self.times[0][1]) / max(self.timed, 1)
+
+    def before(self, start: float) -> float:
+        """Wall time [s] from ``start`` to the first step."""
+        simulated, sampled = self.times[0]
+        return max(sampled - start - simulated / self.step * self.step_s, 0.0)
 
 
 class _Stopwatch(Observer):
@@ -272,7 +236,7 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     output = run.output.model_copy(update={"samples": max(run.output.samples, round(rows))})
     with limited(threads):
         start = clock.perf_counter()
-        simulate(prepared.model, rig, run.solver, output, _Stopwatch(rig.times))
+        simulate(prepared.model, cast("Rig", rig), run.solver, output, _Stopwatch(rig.times))
     at_most = int(prepared.rig.duration / rig.step)
     steps = round(at_most * expected_share(run, prepared))
     return Estimate(

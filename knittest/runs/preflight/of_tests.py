@@ -177,7 +177,6 @@ def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
 
 
 def _peak(fabric: Fabric, direction: Direction) -> Counterpart:
-    """Compare the largest force per width of the curve with that of the strips."""
     name, field = f"{direction} curve, largest force", f"macro.tension.{direction}"
     stated, source = largest_force(fabric, direction)
     row = _row(fabric, direction, "peak_force_n")
