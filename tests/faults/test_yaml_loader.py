@@ -21,29 +21,12 @@ def refused(text: str) -> str:
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("1e-3", 1e-3),
-        ("1E3", 1000.0),
-        (".5", 0.5),
-        ("5.", 5.0),
-        ("012", 12),
-        ("0o17", 15),
-        ("0x1F", 31),
-        ("-7", -7),
-        ("12:30:45", "12:30:45"),
-        ("no", "no"),
-        ("on", "on"),
-        ("Yes", "Yes"),
-        ("1_000", "1_000"),
-        ("0b11", "0b11"),
-        ("2019-11-01", "2019-11-01"),
-        ("3,5", "3,5"),
-        ("true", True),
-        ("~", None),
-        ("", None),
-        ("'1'", "1"),
+        ("1e-3", 1e-3), ("1E3", 1000.0), (".5", 0.5), ("5.", 5.0), ("012", 12), ("0o17", 15), ("0x1F", 31), ("-7", -7),
+        ("12:30:45", "12:30:45"), ("no", "no"), ("on", "on"), ("Yes", "Yes"), ("1_000", "1_000"), ("0b11", "0b11"),
+        ("2019-11-01", "2019-11-01"), ("3,5", "3,5"), ("true", True), ("~", None), ("", None), ("'1'", "1"),
         ('"\\u00e9"', "é"),
     ],
-)
+)  # fmt: skip
 def test_scalars_follow_yaml_1_2(text, value):
     found = parse_document(f"a: {text}", "f.yaml").data["a"]
     assert found == value
@@ -157,15 +140,11 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory, raw):
 @pytest.mark.parametrize(
     "text",
     [
-        "[" * 900_000,
-        "{" * 900_000,
-        "a: |\n" + " x\n" * 300_000,
-        "- a\n" * 240_000,
-        "a: '" + "x\n" * 400_000,
+        "[" * 900_000, "{" * 900_000, "a: |\n" + " x\n" * 300_000, "- a\n" * 240_000, "a: '" + "x\n" * 400_000,
         "\n" * 900_000,
     ],
     ids=["lists", "mappings", "block", "items", "open quote", "blank"],
-)
+)  # fmt: skip
 def test_a_full_size_file_takes_bounded_time(text):
     start = time.perf_counter()
     with contextlib.suppress(InputError):

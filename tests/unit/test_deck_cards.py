@@ -14,16 +14,10 @@ from knittest.runs.deck.yarns import cable_law
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0.0, "0"),
-        (1e20, "1e20"),
-        (-1.23456789e-5, "-1.2346e-5"),
-        (1.23456789e-5, "1.23457e-5"),
-        (0.000371258123, "3.71258e-4"),
-        (123456789.25, "123456789"),
-        (0.1, "0.1"),
-        (-141.4213562373095, "-141.42136"),
+        (0.0, "0"), (1e20, "1e20"), (-1.23456789e-5, "-1.2346e-5"), (1.23456789e-5, "1.23457e-5"),
+        (0.000371258123, "3.71258e-4"), (123456789.25, "123456789"), (0.1, "0.1"), (-141.4213562373095, "-141.42136"),
     ],
-)
+)  # fmt: skip
 def test_a_number_keeps_the_digits_that_its_columns_hold(value, text):
     assert number(value, 10) == text
     assert float(number(value, 16)) == pytest.approx(value, rel=1e-8, abs=0.0)

@@ -106,17 +106,8 @@ def test_a_specimen_that_fails_ends_the_timing(monkeypatch):
 
 def test_of_a_strip_at_rest_no_time_is_told(capsys):
     arguments = [
-        "check",
-        "cantilever",
-        "--variant",
-        "1",
-        "--scale",
-        "macro",
-        "--preset",
-        "quick",
-        "--direction",
-        "warp",
-    ]
+        "check", "cantilever", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp",
+    ]  # fmt: skip
     assert command(arguments) == 0
     assert "  time                   no estimate: the number of steps" in capsys.readouterr().out
 
