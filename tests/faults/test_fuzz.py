@@ -62,12 +62,7 @@ def change_bytes(raw: bytes, generator: random.Random) -> bytes:
     """``raw`` with some bytes deleted or repeated, one replaced, or its end cut off."""
     at, longer = generator.randint(0, len(raw)), generator.randint(1, 40)
     byte = generator.choice([generator.randbytes(1), *(bytes([b]) for b in b":-[]{},&*!|>%@`'\"#.\\~\t\n;\0")])
-    rest = [
-        raw[at + longer :],
-        raw[at : at + longer] * generator.choice([1, 1, 49]) + raw[at:],
-        byte + raw[at + 1 :],
-        b"",
-    ]
+    again = raw[at : at + longer] * generator.choice([1, 1, 49]) + raw[at:]
     return raw[:at] + generator.choice([raw[at + longer :], again, byte + raw[at + 1 :], b""])
 
 
