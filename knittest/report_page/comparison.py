@@ -60,10 +60,7 @@ def differences(runs: Sequence[LoadedRun]) -> Section:
 
 
 def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
-    """Write the curves and fields of the runs of each test next to ``page``; returns the PNG files.
-
-    Further formats: :mod:`knittest.base.figure`. Raises :class:`ResourceError`.
-    """
+    """Write curves and fields of the runs of each test next to ``page``; returns the PNG files."""
     written = []
     for rig, group in by_test(runs):
         for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_figure_of(group)[0])):

@@ -63,7 +63,13 @@ def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Bes
     """Figure of the curves; ``None`` when no curve has two points that can be drawn."""
     from matplotlib import rc_context
 
-    drawable = [drawn for one in series if len((drawn := _drawable(one)).x) > 1]
+    drawable = []
+    for one in series:
+        columns = [one.x, one.y, *([] if one.sd is None else [one.sd])]
+        keep = np.all([np.abs(c) < _LARGEST for c in columns], axis=0)  # False for NaN
+        if keep.sum() > 1:
+            sd = None if one.sd is None else one.sd[keep]
+            drawable.append(replace(one, x=one.x[keep], y=one.y[keep], sd=sd))
     if not drawable:
         return None
     with rc_context(_STYLE):
@@ -84,13 +90,6 @@ def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Bes
         figure.set_figheight(height)  # the curves keep their size
         figure.legend(once.values(), once.keys(), loc="outside lower left", frameon=False, fontsize=9)
     return figure
-
-
-def _drawable(series: Series) -> Series:
-    columns = [series.x, series.y, *([] if series.sd is None else [series.sd])]
-    keep = np.all([np.abs(c) < _LARGEST for c in columns], axis=0)  # False for NaN
-    sd = None if series.sd is None else series.sd[keep]
-    return replace(series, x=series.x[keep], y=series.y[keep], sd=sd)
 
 
 def _draw_series(plot: "Axes", series: Series, number: int) -> None:
@@ -187,19 +186,23 @@ def overlay_figure(runs: Sequence[LoadedRun]) -> "Figure | None":
 def _drawn(
     runs: Sequence[LoadedRun], labels: Sequence[str], differ: bool
 ) -> tuple[list[Series], CurveAxes, list[Beside], list[str]]:
-    """Curves of ``runs`` of a known test, their axes and references, and problems of the references.
-
-    Forces are free of the specimen's size where the sizes ``differ`` or a reference has no size.
-    """
+    """Curves of ``runs``, axes, references and their problems; forces without size where sizes ``differ``."""
     report = runs[0].report
     assert report is not None
     references = [run.reference[0] for run in runs]
     free = differ or any(one is not None and one.y_name in report.axes.others for one in references)
-    drawn = [_columns(run, report.axes, free) for run in runs]
-    series = [_series(run, *one, label, free=free) for run, one, label in zip(runs, drawn, labels, strict=True)]
+    axes, series = report.axes, []
+    for run, name in zip(runs, labels, strict=True):
+        columns, own = run.curve, report.axes
+        if run.run is not None and free:
+            own, columns = report.size_free(run.run, columns)
+        elif run.run is not None:
+            columns = report.for_nominal_size(run.run, columns)
+        axes = own if run is runs[0] else axes
+        series.append(_series(run, own, columns, name, free=free))
     beside = [_beside(run, len(runs) > 1, free) for run in runs]
     problems = [run.reference[1] for run in runs if run.reference[1]]
-    return [s for s in series if s is not None], drawn[0][0], beside, problems
+    return [s for s in series if s is not None], axes, beside, problems
 
 
 def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
@@ -212,15 +215,6 @@ def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
             return None
         sizes.append(run.report.size(run.run)[0])
     return max(sizes) > min(sizes) * (1.0 + EXACT)
-
-
-def _columns(run: LoadedRun, axes: CurveAxes, free: bool) -> tuple[CurveAxes, Columns]:
-    """Axes and columns of the curve, ``free`` of the specimen's size or for its nominal size."""
-    if run.run is None or run.report is None:
-        return axes, run.curve
-    if free:
-        return run.report.size_free(run.run, run.curve)
-    return axes, run.report.for_nominal_size(run.run, run.curve)
 
 
 def _peaks(run: LoadedRun, axes: CurveAxes, *, free: bool) -> Array | None:
@@ -246,10 +240,7 @@ def _series(run: LoadedRun, axes: CurveAxes, columns: Columns, label: str, *, fr
 
 
 def _beside(run: LoadedRun, several: bool, free: bool = False) -> Beside:
-    """Reference, end point and levels of a run, its forces ``free`` of the specimen's size or not.
-
-    The source names the direction where the picture shows ``several`` runs.
-    """
+    """References of a run, with forces ``free`` of the size or not; ``several`` runs name their direction."""
     if run.run is None or run.report is None:
         return Beside()
     which = f", {run.run.direction}" if several and run.run.direction else ""

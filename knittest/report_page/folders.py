@@ -48,7 +48,7 @@ def find_runs(paths: list[Path]) -> tuple[list[Found], list[str]]:
     """
     found: dict[Path, Found] = {}
     notes: list[str] = []
-    runs_or_files = list(dict.fromkeys(_run_around(path) for path in paths))
+    runs_or_files = list(dict.fromkeys(p if _is_run(p) else next(filter(_is_run, p.parents), p) for p in paths))
     for path in runs_or_files:
         if not path.exists():
             raise InputError(f"{path}: no such folder")
@@ -70,10 +70,6 @@ def find_runs(paths: list[Path]) -> tuple[list[Found], list[str]]:
 
 def _is_run(path: Path) -> bool:
     return any((path / mark).is_file() for mark in MARKS)
-
-
-def _run_around(path: Path) -> Path:
-    return path if _is_run(path) else next(filter(_is_run, path.parents), path)
 
 
 def _of_curves(path: Path) -> str:

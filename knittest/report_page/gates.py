@@ -9,7 +9,7 @@ from knittest.base.result_rows import unfolded
 from knittest.base.summary import Value
 from knittest.laboratory.report_base import Gate
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
-from knittest.report_page.files import LooserLimit, Number
+from knittest.report_page.files import Number
 from knittest.report_page.loading import LoadedRun
 
 _COST = {
@@ -39,19 +39,16 @@ def gates(run: LoadedRun) -> Section:
         blocks.append(Table("Quality measures (limits unknown)", ("measure", "value"), plain, (1,)))
     else:
         blocks.append(Text("This run has no quality checks.", "warn"))
-    blocks += [Text(_relaxed(limit), "bad") for limit in summary.limits]
+    for limit in summary.limits:
+        accepted = "accepted by --accept-limits" if limit.accepted else "not accepted, so the run is not compared"
+        value, preset = (f"{_shown(number)} {limit.unit}".strip() for number in (limit.value, limit.preset))
+        blocks.append(Text(f"Relaxed limit: {limit.name} = {value} (preset {preset}), {accepted}", "bad"))
     blocks += [Text(f"Failed: {reason}", "bad") for reason in summary.refused]
     blocks += _energies(run)
     cost = [(Cell(_COST.get(k, k)), Cell(_shown(v), v)) for k, v in summary.cost.items()]
     if cost:
         blocks.append(Table("Cost", (), cost, (1,)))
     return Section(f"run-{run.number}-gates", "Quality checks and energies", blocks)
-
-
-def _relaxed(limit: LooserLimit) -> str:
-    accepted = "accepted by --accept-limits" if limit.accepted else "not accepted, so the run is not compared"
-    value, preset = (f"{_shown(number)} {limit.unit}".strip() for number in (limit.value, limit.preset))
-    return f"Relaxed limit: {limit.name} = {value} (preset {preset}), {accepted}"
 
 
 def _row(gate: Gate, value: float | None, presets: Mapping[str, Number]) -> tuple[Cell, ...]:

@@ -113,7 +113,7 @@ def write_reports(paths: list[Path], out: Path | None, printing: Printing | None
         raise InputError("; ".join(notes))
     target = target_file(paths, out)
     alone = len(runs) == 1 and not notes
-    write_page(target, run_page(runs[0], target.parent) if alone else comparison_page(runs, notes))
+    write_page(target, run_page(runs[0], target.parent) if alone else _comparison(runs, notes))
     if printing is not None:
         with printed(printing):
             print_pictures(runs, target)
@@ -130,7 +130,7 @@ def run_page(run: LoadedRun, place: Path) -> Page:
     return Page(run.title, fabric, [Section("summary", "Run", blocks, 2), *(replace(s, level=2) for s in rest)])
 
 
-def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
+def _comparison(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
     """Page of several runs: overview and comparison, then each run."""
     sections = [overview(runs, notes), side_by_side(runs), differences(runs)]
     above = {run.number: shown_abreast(group) for _, group in by_test(runs) for run in group}
@@ -140,9 +140,7 @@ def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
 
 
 def run_sections(run: LoadedRun, above: frozenset[str] = frozenset()) -> list[Section]:
-    """All sections on one run, without the pictures shown ``above``: ending, results, curve, pictures; then, folded,
-    quality checks, studies, parameters and provenance.
-    """
+    """All sections on one run, without the pictures shown ``above``; checks, studies, parameters, provenance folded."""
     shown_curve, complete = curve(run)
     head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", ending(run), level=2)
     described = parameters(run)

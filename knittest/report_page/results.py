@@ -139,6 +139,16 @@ def _cells(row: ResultRow, *, refused: bool) -> tuple[Cell, ...]:
     )  # fmt: skip
 
 
+def curve_errors(metrics: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Names and errors [%] of the peak, its strain, levels and forces at angles in the ``metrics`` of a curve."""
+    errors = [(what, metrics[key]) for key, what in ERRORS.items() if metrics.get(key) is not None]
+    angles = next((value for name, value in metrics.items() if name.endswith("_at_deg")), None)
+    for angle, found in angles.items() if isinstance(angles, Mapping) else ():
+        if isinstance(found, Mapping) and found.get("error_pct") is not None:
+            errors.append((f"force at {angle} deg", found["error_pct"]))
+    return errors
+
+
 def _metrics(curve: Mapping[str, Any]) -> list[Block]:
     """Comparison of the curve with one reference, with a notice of large errors above it."""
     against = f"{curve.get('judged_against', 'a curve')} ({curve.get('reference_kind', 'kind not stated')})"
@@ -146,12 +156,8 @@ def _metrics(curve: Mapping[str, Any]) -> list[Block]:
     if not curve.get("comparable"):
         reason = curve.get("reason", "no reason stated")
         return [Text(f"Curve against {against}{note}: not comparable: {reason}", "warn")]
-    angles = next((value for name, value in curve.items() if name.endswith("_at_deg")), None)
-    errors = [(f"error of the {what}", curve.get(key)) for key, what in ERRORS.items()]
-    for angle, found in angles.items() if isinstance(angles, Mapping) else ():
-        if isinstance(found, Mapping):
-            errors.append((f"error of the force at {angle} deg", found.get("error_pct")))
-    rows = [(Cell(name), _number(value, "%")) for name, value in errors if value is not None]
+    errors = [(f"error of the {what}", value) for what, value in curve_errors(curve)]
+    rows = [(Cell(name), _number(value, "%")) for name, value in errors]
     if (rms := curve.get("rmse_pct_of_peak")) is not None:
         rows.append((Cell("rms error"), _number(rms, "% of the peak")))
     numbers = [(name, value) for name, value in errors if isinstance(value, int | float)]

@@ -45,10 +45,7 @@ def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int, int]:
 
 
 def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
-    """Element steps per second of beams without and with contact, of ``loops`` and shells, on one thread and on all.
-
-    The last line is the processor time that the host took meanwhile.
-    """
+    """Element steps per second by kernel, on one thread and on all, and the processor time that the host took."""
     import numba
 
     for run in (yarns, shells):

@@ -52,10 +52,7 @@ class Checkpoints:
         self._needed: set[Path] = set()
 
     def find(self) -> list[Identity]:
-        """Identities of the finished specimens and of the newest valid checkpoints of the others.
-
-        Raises :class:`InputError` when there are checkpoints and none can be used.
-        """
+        """Identities of what specimens resume from; raises :class:`InputError` if no checkpoint can be used."""
         earlier = sorted(p.name for p in self.folder.glob(PATTERN) if re.fullmatch(r"checkpoint-\d+\.npz", p.name))
         if earlier:
             raise InputError(

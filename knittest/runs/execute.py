@@ -98,10 +98,7 @@ def specimen_name(run: Run, number: int) -> str:
 
 @contextmanager
 def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) -> Iterator[Opened]:
-    """The locked folder of ``run``; an interruption or a full disk names it.
-
-    Signals are held between the first manifest and the last, except where the block lets them through.
-    """
+    """Locked folder of ``run``, named by an interruption; signals are held except where the block lets them through."""
     if run.model.scale == "meso":  # before the folder is created: its manifest names the cell
         cell_of(run, lambda: progress.phase(f"{name_of(run)}: relaxing geometry"))
     with interrupts.held(when=lambda: True):

@@ -1,7 +1,6 @@
 """Opens the folder of a new or resumed run, with its checkpoints."""
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -74,7 +73,14 @@ class StoppedRun:
         try:
             now = identity_of(run, data_files(run))
             checkpoints = _checkpoints(run, path, now, interrupts)
-            changed = _changes(path, checkpoints.find(), now, self.force)
+            found = checkpoints.find()
+            changed = list(dict.fromkeys(change for identity in found for change in changes(identity, now)))
+            if changed and not self.force:
+                more = f"; and {len(changed) - LISTED} more" if len(changed) > LISTED else ""
+                raise InputError(
+                    f"{path}: the resumed run would give another result: {'; '.join(changed[:LISTED])}{more}; undo the "
+                    "changes, or resume with --force"
+                )
             checkpoints.tidy()
             notes: dict[str, Any] = {"at_ms": checkpoints.reached}
             if changed:
@@ -112,17 +118,6 @@ def manifest_of(path: Path) -> dict[str, Any]:
 def joined(run: Run, path: Path, interrupts: Interrupts) -> Checkpoints:
     """Checkpoints of ``run`` in the folder ``path``, which another process has opened."""
     return _checkpoints(run, path, identity_of(run, data_files(run)), interrupts)
-
-
-def _changes(path: Path, before: Sequence[Identity], now: Identity, force: bool) -> list[str]:
-    """Changes since the checkpoints with the identities ``before``; raises :class:`InputError` unless ``force``."""
-    changed = list(dict.fromkeys(change for identity in before for change in changes(identity, now)))
-    if not changed or force:
-        return changed
-    listed = "; ".join(changed[:LISTED]) + (f"; and {len(changed) - LISTED} more" if len(changed) > LISTED else "")
-    raise InputError(
-        f"{path}: the resumed run would give another result: {listed}; undo the changes, or resume with --force"
-    )
 
 
 def _checkpoints(run: Run, path: Path, identity: Identity, interrupts: Interrupts) -> Checkpoints:

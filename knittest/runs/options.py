@@ -8,9 +8,7 @@ from knittest.base.figure import Printing
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Output of a run: folder, threads, JSON on standard output, no output, VTU frames, pictures with the report page,
-    the user's curves to compare with, formats of the pictures, the page in a browser, all notes below the table.
-    """
+    """Where a run writes and what: folder, threads, JSON, frames, pictures, curves to compare with, page, notes."""
 
     out: Path | None = None
     threads: int | None = None

@@ -33,6 +33,7 @@ from knittest.laboratory.numerical_error import error_notes
 from knittest.report_page.folders import HEADER as LISTED
 from knittest.report_page.folders import Listed
 from knittest.report_page.page import page_of
+from knittest.report_page.results import curve_errors
 
 if TYPE_CHECKING:
     from knittest.runs.execute import Outcome
@@ -131,11 +132,7 @@ def curve_line(metrics: Mapping[str, Any]) -> str:
     """Comparison of two curves in one line: the reference, its scaling, the errors, and the rating."""
     if not metrics["comparable"]:
         return f"{_reference(metrics)}: not comparable: {metrics['reason']}"
-    angles = next((value for name, value in metrics.items() if name.endswith("_at_deg")), None)
-    if angles is None:
-        errors = [f"{what} {metrics[key]:+.1f} %" for key, what in ERRORS.items() if metrics.get(key) is not None]
-    else:
-        errors = [f"{a['error_pct']:+.0f} % at {d} deg" for d, a in angles.items() if a["error_pct"] is not None]
+    errors = [f"{what} {value:+.1f} %" for what, value in curve_errors(metrics)]
     errors.append(f"rms error {metrics['rmse_pct_of_peak']:.1f} % of the peak")
     return f"{_reference(metrics)}: {', '.join([*errors, _rating(metrics)])}"
 
@@ -177,10 +174,7 @@ def _rating(metrics: Mapping[str, Any]) -> str:
 
 
 def print_results(outcomes: Sequence["Outcome"], stream: TextIO | None = None, details: bool = True) -> None:
-    """Print table, checks, run folder and report on ``stream`` (standard output), with ``details`` all notes too.
-
-    A closed pipe is harmless.
-    """
+    """Print table, checks, folder and report on ``stream`` (standard output), with ``details`` all notes."""
     stream = stream or sys.stdout
     with _pipe_may_close(stream):
         rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
@@ -234,10 +228,7 @@ def print_json(payload: Mapping[str, object], stream: TextIO | None = None) -> N
 
 
 def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
-    """Print ``lines`` on ``stream`` (standard output), wrapped on a terminal, with +- where it cannot show ±.
-
-    A closed pipe is harmless.
-    """
+    """Print ``lines`` on ``stream`` (standard output), wrapped on a terminal, with +- where it cannot show ±."""
     stream = stream or sys.stdout
     text = "".join(f"{part}\n" for line in lines for part in wrapped(line, width_of(stream)))
     with _pipe_may_close(stream):
@@ -298,10 +289,7 @@ def _filled_columns(rows: Sequence[tuple[str, ...]]) -> list[int]:
 def _tables(
     rows: Sequence[tuple[str, ...]], width: int | None
 ) -> Iterator[tuple[list[list[str]], Sequence[tuple[str, ...]]]]:
-    """Lines of the table of ``rows`` (a head and results), with the results.
-
-    A table wider than ``width`` is split into one table for each run.
-    """
+    """Lines of the table of ``rows`` (a head and results) with the results; beyond ``width`` a table for each run."""
     header, rows = rows[0], rows[1:]
     names = list(dict.fromkeys(row[0] for row in rows))
     right = [column for column, name in enumerate(header) if name in _NUMBERS]

@@ -81,10 +81,7 @@ class Lowered:
 def _run_at(
     configured: Run, lowered: Lowered, specimen: int, observer: Observer, begun: tuple[float, float]
 ) -> Specimen:
-    """Run a specimen at the speed of ``lowered``; ``begun`` are the wall and processor times [s] at the start.
-
-    Raises :class:`TooFastError` if the speed is to be lowered further.
-    """
+    """Run a specimen at the speed of ``lowered``; ``begun``: wall and processor time [s] at the start of all tries."""
     run, (start, cpu) = at_speed(configured, lowered.share * configured.solver.speed), begun
     test = TESTS[run.rig.kind]
     lowers = test.lowers_speed and run.model.scale == "meso"
@@ -142,10 +139,7 @@ Log = Callable[..., None]
 
 
 class Watcher(SpecimenKeeper):
-    """Keeper that shows phases under ``label`` and the progress, and writes lines of the run's log.
-
-    ``until_failure``: a failure of the specimen ends its test.
-    """
+    """Keeper that shows phases and progress under ``label`` and logs; ``until_failure``: a failure ends the test."""
 
     def __init__(
         self, store: Checkpoints, specimen: int, label: str, until_failure: bool, progress: Progress, log: Log

@@ -26,9 +26,7 @@ from knittest.runs.options import RunOptions
 
 @dataclass(frozen=True)
 class Judgement:
-    """summary.json and comparison.json of a run, the quality of its worst specimen, and metrics of the user's ``own``
-    curves (none for a run that fails a check).
-    """
+    """summary.json, comparison.json, quality of the worst specimen, and metrics of the user's ``own`` curves."""
 
     summary: Summary
     comparison: dict[str, object]
@@ -47,10 +45,7 @@ def references_of(run: Run, against: Sequence[Path]) -> References:
 
 
 def judge(run: Run, specimens: list[Specimen], references: References, forced: Sequence[str] = ()) -> Judgement:
-    """Compare the mean of ``specimens`` with ``references``, unless one of them fails a quality check.
-
-    ``forced`` are changes despite which the run was resumed; the quality warns of them.
-    """
+    """Compare the mean of ``specimens`` with ``references``, unless one fails a check; ``forced``: changes of a resume."""
     quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
     quality = quality.warning(*references.apart, *doubts(run))
     if forced:
@@ -103,10 +98,7 @@ def _total(costs: list[Cost]) -> Cost:
 def write_incomplete(
     run: Run, specimens: list[Specimen], references: References, reason: str, folder: RunFolder, options: RunOptions
 ) -> None:
-    """Write tables, frames and pictures, but no results, of a run that ended early for ``reason``.
-
-    The first picture that needs the end of the test and all later ones are left out; the log says so.
-    """
+    """Write tables, frames and the possible pictures, but no results, of a run that ended early for ``reason``."""
     _write_tables(run, specimens, folder, options)
     if not options.pictures:
         return

@@ -118,13 +118,13 @@ def test_the_estimate_is_that_of_the_run():
 
     run = shells()
     found = model.estimate(run, prepare(run))
-    assert found is not None and found.timed >= 100 and found.threads == 1 and found.step_s > 0.0
-    assert found.steps == pytest.approx(run_specimen(run).cost.steps, rel=0.03)
-    assert found.at_most > 2 * found.steps
+    assert found is not None and found.steps_timed >= 100 and found.threads == 1 and found.seconds_per_step > 0.0
+    assert found.steps_expected == pytest.approx(run_specimen(run).cost.steps, rel=0.03)
+    assert found.steps_at_most > 2 * found.steps_expected
 
 
 def test_steps_are_timed_however_many_a_run_has():
     """A thousandth of the step: rows of the run itself would have a thousand times its steps."""
     run = shells("solver.safety=1e-6")
     found = model.estimate(run, prepare(run))
-    assert found.at_most > 1e9 and found.timed < 1e5
+    assert found.steps_at_most > 1e9 and found.steps_timed < 1e5

@@ -62,10 +62,7 @@ def _write_mp4(path: Path, images: Iterator[Image], fps: int) -> None:
 
 
 def palette(images: Iterable[Image]) -> Image:
-    """Colours (:data:`COLOURS`, 3) for ``images``, white among them.
-
-    They are chosen by their distance, not by their number of pixels, which would lose the few prominent ones.
-    """
+    """Colours (:data:`COLOURS`, 3) for ``images``, chosen by distance, so that few prominent pixels keep theirs."""
     from PIL import Image as Pillow
 
     pixels = np.concatenate([image.reshape(-1, 3) for image in images])
@@ -121,10 +118,7 @@ class Filmed:
 
 
 def films(parent: Path, folders: Sequence[Path], out: Path | None) -> tuple[dict[Path, Path], str]:
-    """Path of the film of each run of ``folders`` in ``parent``, and a note on the format if MP4 cannot be written.
-
-    The default is the run folder; for several runs, the name of ``out`` is extended by the place of each run.
-    """
+    """Film of each run of ``folders`` in ``parent``, and a note without MP4; ``out`` is extended for several runs."""
     if out is None:
         mp4 = has_encoder()
         why = "GIF, since the encoder of MP4 is not installed: pip install 'knittest[animate]'"

@@ -157,27 +157,16 @@ def _bodies(entries: Sequence[Entry], time: Array) -> tuple[Body, ...]:
         if meshes[0].cells[0].type != "triangle" or any(mesh.points.shape != points.shape for mesh in meshes):
             raise InputError(f"{own[0].path}: tool {name!r}: expected the same number of triangles at every time")
         points, places = np.asarray(points, float), [np.asarray(mesh.points, float) for mesh in meshes]
-        try:
-            offset, turn = _motion(points, places)
-        except ValueError:
-            raise InputError(f"{own[0].path}: tool {name!r} changes its shape; run the test again") from None
+        offset, turn = np.array([place[0] - points[0] for place in places]), None
+        moved = [points + one for one in offset]
+        if not np.allclose(places, moved, rtol=0.0, atol=SHIFTED):  # it turns, or is sheared
+            known = np.column_stack([points, np.ones(len(points))])
+            solved = np.array([np.linalg.lstsq(known, place, rcond=None)[0] for place in places])
+            if not np.allclose([known @ one for one in solved], places, rtol=0.0, atol=SHIFTED):
+                raise InputError(f"{own[0].path}: tool {name!r} changes its shape; run the test again")
+            offset, turn = solved[:, 3], solved[:, :3].transpose(0, 2, 1)
         found.append(Body(name, points, triangles, offset, turn))
     return tuple(found)
-
-
-def _motion(points: Array, places: Sequence[Array]) -> tuple[Array, Array | None]:
-    """Offsets (k, 3) and matrices (k, 3, 3), None without rotation, that map ``points`` (n, 3) to each of ``places``.
-
-    Raises :class:`ValueError` where the map is not affine.
-    """
-    offset = np.array([place[0] - points[0] for place in places])
-    if all(np.allclose(place, points + o, rtol=0.0, atol=SHIFTED) for place, o in zip(places, offset, strict=True)):
-        return offset, None
-    known = np.column_stack([points, np.ones(len(points))])
-    solved = [np.linalg.lstsq(known, place, rcond=None)[0] for place in places]
-    if not all(np.allclose(known @ s, p, rtol=0.0, atol=SHIFTED) for s, p in zip(solved, places, strict=True)):
-        raise ValueError("no rigid motion")
-    return np.array([s[3] for s in solved]), np.array([s[:3].T for s in solved])
 
 
 #: colour of tools, their opacity, and that of their edges
@@ -195,9 +184,7 @@ class ToolLayers:
         self._layers = [_layer(body.place(0) @ sight.T, body.triangles, view) for body in bodies]
 
     def around(self, height: Array, moved: Sequence[Body]) -> tuple[Array, Array]:
-        """RGBA images (rows, columns, 4) of the tools, ``moved`` to one moment, behind and in front of a specimen of
-        ``height`` (rows, columns) [mm]; empty without tools.
-        """
+        """RGBA images (rows, columns, 4) of ``moved`` tools behind and before a specimen of ``height`` [mm]."""
         if not self._layers:
             return np.zeros((0, 0, 4)), np.zeros((0, 0, 4))
         found = [self._moved(k, body) for k, body in enumerate(moved)]
@@ -264,9 +251,7 @@ CODES = 254
 
 @dataclass(frozen=True)
 class Scale:
-    """Colour scale of a field from ``low`` to ``high`` [``unit``], diverging if ``signed``; values go from ``least`` to
-    ``largest``.
-    """
+    """Colour scale from ``low`` to ``high`` [``unit``], diverging if ``signed``, of values ``least`` to ``largest``."""
 
     label: str
     unit: str

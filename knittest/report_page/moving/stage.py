@@ -65,9 +65,7 @@ class Stage:
         self._drawn: list[Any] = []
 
     def image(self, position: Array, value: Array, time: float) -> Image:
-        """Pixels (rows, columns, 3) of nodes at ``position`` (n, 3), elements coloured by ``value`` (m,) unless that
-        is nan, and tools at ``time`` [ms].
-        """
+        """Pixels (rows, columns, 3) at ``time`` [ms] of nodes ``position`` (n, 3), without elements of ``value`` nan."""
         kept = np.isfinite(value)
         corners = (position @ self._sight.T)[self._recording.cells[kept]]
         colour = self._map(self._norm(self._scale.factor * value[kept]))[:, :3]

@@ -184,10 +184,7 @@ def add_set(deck: KeywordFile, kind: str, title: str, members: Iterable[int]) ->
 
 
 def add_motions(deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: list[Table], end: float) -> None:
-    """Add the constraints, motions and loads of ``drive`` for ``model``, which is clamped already, up to ``end`` [ms].
-
-    Raises :class:`InputError` for motions along oblique axes.
-    """
+    """Add constraints, motions, loads of ``drive`` up to ``end`` [ms]; raises :class:`InputError` for oblique ones."""
     node, dof, table = (np.asarray(a) for a in (drive.motions.node, drive.motions.dof, drive.motions.table))
     scale = drive.motions.scale
     if (dof >= ALONG).any():
@@ -207,20 +204,14 @@ def add_motions(deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: l
         of = ~still & (table == number) & (dof == axis)
         if number not in curves:
             curves[number] = add_curve(deck, f"velocity {number} [mm/ms] over time [ms]", tables[number], end)
-        _add_moved(deck, node[of] + 1, scale[of], axis, curves[number])
+        moved, share, keyword = node[of] + 1, scale[of], "BOUNDARY_PRESCRIBED_MOTION_NODE"
+        if np.all(share == share[0]):  # one set, else a row for each node with its share of the curve
+            moved, share = np.array([add_set(deck, "node", f"moved along {AXES[axis]}", moved)]), share[:1]
+            keyword = "BOUNDARY_PRESCRIBED_MOTION_SET"
+        deck.keyword(keyword)
+        rows = [(int(n), DOF[axis], VELOCITY, curves[number], float(s)) for n, s in zip(moved, share, strict=True)]
+        deck.rows("id dof vad lcid sf", rows)
     _add_loads(deck, drive, tables, end)
-
-
-def _add_moved(deck: KeywordFile, node: Array, scale: Array, axis: int, curve: int) -> None:
-    """Add one set where all nodes move alike, else a row for each node with its share of the curve."""
-    if np.all(scale == scale[0]):
-        moved = add_set(deck, "node", f"moved along {AXES[axis]}", node)
-        rows = [(moved, DOF[axis], VELOCITY, curve, float(scale[0]))]
-        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_SET")
-    else:
-        rows = [(int(n), DOF[axis], VELOCITY, curve, float(s)) for n, s in zip(node, scale, strict=True)]
-        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_NODE")
-    deck.rows("id dof vad lcid sf", rows)
 
 
 def _add_loads(deck: KeywordFile, drive: Drive, tables: list[Table], end: float) -> None:

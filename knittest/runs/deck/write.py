@@ -1,7 +1,4 @@
-"""Writes a prepared specimen as a deck of LS-DYNA keywords, with the differences from the model of knittest.
-
-No deck has been run in that solver by its authors.
-"""
+"""Writes a prepared specimen as a deck of LS-DYNA keywords; no deck has been run in that solver by its authors."""
 
 from pathlib import Path
 

@@ -31,10 +31,7 @@ NEVER = 1e20
 
 
 def cable_law(knee: Array, slope: Array, slack: float, held: float, end: float) -> tuple[Array, Array]:
-    """Strain [-] and force [N] of a cable parallel to a beam of stiffness ``held`` [N], up to strain ``end``.
-
-    The yarn's law is sum_k slope[k] max(e - slack - knee[k], 0) [N]; the cable has its excess over held * e.
-    """
+    """Strain [-] and force [N] of a cable: sum_k slope[k] max(e - slack - knee[k], 0) less held * e, up to ``end``."""
     knot = np.unique(np.concatenate([[0.0], slack + knee[slope != 0.0], [end]]))
     knot = knot[knot <= end]
     more = (slope * np.maximum(knot[:, None] - slack - knee, 0.0)).sum(axis=1) - held * knot
@@ -46,10 +43,7 @@ def cable_law(knee: Array, slope: Array, slack: float, held: float, end: float) 
 
 
 def add_yarns(deck: KeywordFile, model: YarnModel) -> list[Part]:
-    """Add nodes, beams, cables, their sections and materials; returns the bending beams' parts.
-
-    Raises :class:`InputError` for elliptic sections.
-    """
+    """Add the yarns; returns the bending beams' parts. Raises :class:`InputError` for elliptic sections."""
     if np.any(model.beams.excess != 0.0) or model.group.excess.size:
         raise InputError("deck: elliptic yarn sections are not supported; leave out fabric.reinforcing.section")
     position, cells, section = model.position(), model.mesh.cells, np.zeros(model.n_nodes, np.int64)

@@ -43,10 +43,7 @@ class CheckOptions:
 
 
 def check_command(runs: Sequence[Run], options: CheckOptions, cells: Sequence[Run] = ()) -> int:
-    """Check the models of ``runs`` and their fabric; returns the exit code.
-
-    ``cells`` are the simulations of a meso cell from which a macro run first derives its material card.
-    """
+    """Check the models of ``runs`` and their fabric; ``cells`` derive its macro card first. Returns the exit code."""
     numba.set_num_threads(best_threads(options.threads))
     say = (lambda lines: None) if options.as_json else print_text
     passed, models, fabric = True, [], runs[0].fabric

@@ -10,7 +10,6 @@ from knittest.base.history import OVERLAP_COUNTS
 from knittest.base.kinds import kinds
 from knittest.config.doubtful import doubts
 from knittest.config.fabric import Fabric
-from knittest.config.fields import place
 from knittest.config.loading import DIRECTIONS, own_fields, own_value, taken_over
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
@@ -19,6 +18,7 @@ from knittest.laboratory.after_rest import SPEED, at_result_speed, kept_speed
 from knittest.laboratory.base import Holder, Prepared
 from knittest.laboratory.halving import changes, halving
 from knittest.models.boundary import Boundary
+from knittest.report_page.parameters import unit_of
 from knittest.runs.specimen import run_specimen, threads_for
 from knittest.solve.compiling import warm
 from knittest.solve.simulate import simulate
@@ -102,17 +102,12 @@ def rig_lines(fabric: Fabric) -> list[str]:
     lines = []
     for rig in rigs_of(fabric):
         fields, assumed = rig["fields"], rig["assumed"]
-        values = ", ".join(f"{name} {value:g}{_unit(rig['test'], name)}" for name, value in fields.items())
+        values = ", ".join(f"{name} {value:g}{unit_of(('rig', name), rig['test'])}" for name, value in fields.items())
         others = " and ".join(dict.fromkeys(assumed.values()))
         which = "" if len(assumed) == len(fields) else f" ({', '.join(assumed)})"
         why = f"; assumed{which}: as {others}, the only direction tested" if assumed else ""
         lines.append(f"  {' '.join(filter(None, (rig['test'], rig['direction'])))}: {values}{why}")
     return ["rig settings of the fabric file (--set rig.NAME=... overrides them)", *lines] if lines else []
-
-
-def _unit(kind: str, name: str) -> str:
-    field = place(("rig", name), kind)
-    return f" {field.unit}" if field and field.unit not in ("", "1") else ""
 
 
 def speed_study(run: Run) -> tuple[list[str], bool]:
@@ -138,11 +133,7 @@ STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """Expected and largest number of steps, and seconds per step from the timed ones; ``specimens`` run in sequence.
-
-    ``preparation_s`` is spent once on kernels, relaxed cells and the model, ``rest_s`` before the first step of each
-    specimen, mostly on its initial equilibrium.
-    """
+    """Numbers of steps, expected and largest, and seconds per timed step; ``rest_s`` precedes the steps of a specimen."""
 
     steps_expected: int
     steps_at_most: int

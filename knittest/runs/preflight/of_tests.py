@@ -144,22 +144,18 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
             yield of_quantity(field.replace("_", " "), field, unit, quantity, row.mean, _cited(row), SAME)
     for direction in DIRECTIONS:
         if "tension" not in fabric.macro.missing:
-            yield _fracture_strain(fabric, direction)
+            row = _row(fabric, direction, "fracture_strain_pct")
+            yield of_quantity(
+                f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%",
+                fabric.macro.fracture_strain.of(direction), row.mean if row else None,
+                _cited(row) if row else _no_row(fabric), SAME,
+            )  # fmt: skip
             yield _end_of_curve(fabric, direction)
             yield _peak(fabric, direction)
         if "bending_stiffness" not in fabric.macro.missing:
             yield _bending(fabric, direction)
         for kind, record in kinds().items():
             yield from _of_rig(fabric, kind, record.measured, direction)
-
-
-def _fracture_strain(fabric: Fabric, direction: Direction) -> Counterpart:
-    row = _row(fabric, direction, "fracture_strain_pct")
-    quantity = fabric.macro.fracture_strain.of(direction)
-    return of_quantity(
-        f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity,
-        row.mean if row else None, _cited(row) if row else _no_row(fabric), SAME,
-    )  # fmt: skip
 
 
 def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:

@@ -63,7 +63,13 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         yield of_quantity("area mass", "area_mass", "g/m2", fabric.area_mass, None, none)
         return
     yield from _fibres(fabric)
-    yield _stitch_density(fabric)
+    # l = sqrt(k / stitches per area)
+    plain = float(np.sqrt(STITCHES * fabric.wale_spacing * fabric.course_spacing))
+    yield of_quantity(
+        "loop length", "loop_length", "mm", fabric.loop_length, plain,
+        f"plain knit of these densities: stitches per area x loop length squared = {STITCHES:g} (Munden, 1959)",
+        DENSITY, ("warp_density", "weft_density"),
+    )  # fmt: skip
     for direction in DIRECTIONS:
         if "tension" not in fabric.macro.missing:
             yield from _bundle(fabric, direction)
@@ -95,16 +101,6 @@ def _fibres(fabric: Fabric) -> Iterator[Counterpart]:
                     f"{system} {name}", f"{system}.{field}", unit, stated, quantity.source, found, origin,
                     share * found, (f"{system}.linear_density", f"{system}.load_area"),
                 )  # fmt: skip
-
-
-def _stitch_density(fabric: Fabric) -> Counterpart:
-    """Compare the loop length with a relaxed plain knit of these densities, l = sqrt(k / stitches per area)."""
-    found = float(np.sqrt(STITCHES * fabric.wale_spacing * fabric.course_spacing))
-    return of_quantity(
-        "loop length", "loop_length", "mm", fabric.loop_length, found,
-        f"plain knit of these densities: stitches per area x loop length squared = {STITCHES:g} (Munden, 1959)",
-        DENSITY, ("warp_density", "weft_density"),
-    )  # fmt: skip
 
 
 def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
