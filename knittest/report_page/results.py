@@ -173,7 +173,7 @@ def _rating(curve: Mapping[str, Any], *, rated: bool) -> Cell:
     reason = UNRATED.get(curve.get("reference_kind", ""), "") or curve.get("no_rating", "")
     if isinstance(rating, Mapping) and not reason and rated:
         return _number(rating.get("overall"), f"({rating.get('grade', 'no grade')})")
-    return Cell(f"none: {reason or 'there are no errors to support it'}")
+    return Cell(f"not given: {reason or 'there are no errors to support it'}")
 
 
 def _number(value: object, unit: str) -> Cell:

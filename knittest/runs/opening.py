@@ -1,6 +1,7 @@
 """Opens the folder of a new or resumed run, with its checkpoints."""
 
 import json
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -73,14 +74,7 @@ class StoppedRun:
         try:
             now = identity_of(run, data_files(run))
             checkpoints = _checkpoints(run, path, now, interrupts)
-            found = checkpoints.find()
-            changed = list(dict.fromkeys(change for identity in found for change in changes(identity, now)))
-            if changed and not self.force:
-                more = f"; and {len(changed) - LISTED} more" if len(changed) > LISTED else ""
-                raise InputError(
-                    f"{path}: the resumed run would give another result: {'; '.join(changed[:LISTED])}{more}; undo the "
-                    "changes, or resume with --force"
-                )
+            changed = _changes(path, checkpoints.find(), now, self.force)
             checkpoints.tidy()
             notes: dict[str, Any] = {"at_ms": checkpoints.reached}
             if changed:
@@ -118,6 +112,18 @@ def manifest_of(path: Path) -> dict[str, Any]:
 def joined(run: Run, path: Path, interrupts: Interrupts) -> Checkpoints:
     """Checkpoints of ``run`` in the folder ``path``, which another process has opened."""
     return _checkpoints(run, path, identity_of(run, data_files(run)), interrupts)
+
+
+def _changes(path: Path, before: Iterable[Identity], now: Identity, force: bool) -> list[str]:
+    """Changes since the identities ``before``; raises :class:`InputError` for any unless ``force``."""
+    changed = list(dict.fromkeys(change for identity in before for change in changes(identity, now)))
+    if changed and not force:
+        more = f"; and {len(changed) - LISTED} more" if len(changed) > LISTED else ""
+        listed = "; ".join(changed[:LISTED]) + more
+        raise InputError(
+            f"{path}: the resumed run would give another result: {listed}; undo the changes, or resume with --force"
+        )
+    return changed
 
 
 def _checkpoints(run: Run, path: Path, identity: Identity, interrupts: Interrupts) -> Checkpoints:

@@ -65,7 +65,7 @@ class Stage:
         self._drawn: list[Any] = []
 
     def image(self, position: Array, value: Array, time: float) -> Image:
-        """Pixels (rows, columns, 3) at ``time`` [ms] of nodes ``position`` (n, 3), without elements of ``value`` nan."""
+        """Pixels (rows, columns, 3) at ``time`` [ms] of nodes at ``position``, without elements of ``value`` nan."""
         kept = np.isfinite(value)
         corners = (position @ self._sight.T)[self._recording.cells[kept]]
         colour = self._map(self._norm(self._scale.factor * value[kept]))[:, :3]

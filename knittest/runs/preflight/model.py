@@ -133,7 +133,7 @@ STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0
 
 @dataclass(frozen=True)
 class Estimate:
-    """Numbers of steps, expected and largest, and seconds per timed step; ``rest_s`` precedes the steps of a specimen."""
+    """Numbers of steps and seconds per timed step; ``rest_s`` precedes the steps of each specimen."""
 
     steps_expected: int
     steps_at_most: int
