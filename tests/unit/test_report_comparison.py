@@ -75,7 +75,7 @@ def test_only_what_differs_is_listed(parent: Path, tmp_path: Path) -> None:
     assert "Provenance that differs: none." in page.text(page.section("differences"))
 
 
-def test_every_run_has_its_part_and_a_link_to_it(parent: Path, tmp_path: Path) -> None:
+def test_every_run_has_its_part_and_curves_of_one_test_share_a_picture(parent: Path, tmp_path: Path) -> None:
     page = page_of([parent], tmp_path / "page.html")
     links = [a.get("href") for a in page.section("overview").iter("a")]
     assert links == [f"#run-{n}" for n in range(1, 5)]
@@ -83,18 +83,10 @@ def test_every_run_has_its_part_and_a_link_to_it(parent: Path, tmp_path: Path) -
         for part in ("results", "curve", "gates", "parameters", "pictures", "repeat"):
             assert page.section(f"run-{number}-{part}") is not None
     assert "run 3" in page.text(page.section("comparison"))
-
-
-def test_curves_of_one_test_share_a_picture_and_tests_do_not(parent: Path, tmp_path: Path) -> None:
-    page = page_of([parent], tmp_path / "page.html")
     friction, tensile = (raw.decode() for raw in page.pictures()[:2])
     assert "<!-- run 2, warp macro -->" in friction and "run 1" not in friction
-    for label in (
-        "run 1, warp meso",
-        "run 3, warp macro",
-        "run 4, weft macro",
-        "reconstructed (Table 3 of Pham et al. 2019, variant 1, warp)",
-    ):
+    reference = "reconstructed (Table 3 of Pham et al. 2019, variant 1, warp)"
+    for label in ("run 1, warp meso", "run 3, warp macro", "run 4, weft macro", reference):
         assert f"<!-- {label} -->" in tensile
 
 
@@ -119,15 +111,10 @@ def test_a_damaged_trial_of_a_sweep_stops_no_page_but_a_named_one_does(parent: P
     assert not (tmp_path / "none.html").exists()
 
 
-def test_too_many_runs_are_refused(parent: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_page_of_several_lies_in_the_working_folder_and_has_its_limit(parent, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(folders, "MOST", 3)
     with pytest.raises(InputError, match="4 runs: expected at most 3 on a page"):
         write_reports([parent], tmp_path / "page.html")
-
-
-def test_page_of_several_lies_in_the_working_folder(
-    parent: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
     monkeypatch.chdir(tmp_path)
     path, count = write_reports([parent / "tensile" / "warp", parent / "plates"], None)
     assert (path, count) == (Path("knittest-report.html"), 2) and path.is_file()

@@ -50,34 +50,29 @@ def test_every_test_has_a_page_with_its_results_curve_and_gates(tmp_path: Path, 
     yarns = {"pull-out": 9, "cell": 8, "compaction": 10}  # with the gate of overlap without force
     assert len(gates) - 1 == ({"tensile": 10, "cantilever": 3, "friction": 11, "forming": 11} | yarns).get(kind, 9)
     assert {row[-1] for row in gates[1:]} == {"pass"}
-    assert set(REPORTS) == set(RIGS)
+    assert set(REPORTS) == set(RIGS) and {REPORTS[kind].axes.x, REPORTS[kind].axes.y} <= set(curves(kind))
 
 
-def test_results_stand_beside_the_experiment_with_deviation_and_kind(tensile: tuple[Path, HtmlPage]) -> None:
+def test_results_stand_beside_the_experiment_and_energies_are_those_of_the_table(tensile) -> None:
     folder, page = tensile
     tables = page.tables(page.section("run-1-results"))
     rows = {row[0]: row for row in tables["Results, compared with the experiment (Table 3: mean ± sd)"]}
     compared = {row["quantity"]: row for row in json.loads((folder / "summary.json").read_text())["comparison"]}
     peak = compared["peak_force_n"]
-    assert rows["peak force [N]"][1:3] == ["5666", f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"]
-    assert rows["peak force [N]"][3] == f"{peak['deviation_sd']:+.2f} sd within 1 sd"
-    assert rows["peak force [N]"][4] == "tuned"
+    scatter = f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"
+    verdict = f"{peak['deviation_sd']:+.2f} sd within 1 sd"
+    assert rows["peak force [N]"][1:5] == ["5666", scatter, verdict, "tuned"]
     metrics = dict(tables[f"Curve compared with {METRICS['judged_against']} (reconstructed)"])
     assert metrics["error of the peak force"] == "-2.625 %"
-    assert "Tuned: a parameter was fitted to this row" in page.text()
+    assert "Tuned: a parameter was fitted to this" in page.text()
     assert "Predicted:" not in page.text(page.section("run-1-results"))
-
-
-def test_energies_are_those_of_the_table(tensile: tuple[Path, HtmlPage]) -> None:
-    folder, page = tensile
     table = pd.read_csv(folder / "energies.csv")
     columns = [name for name in table if name.endswith("_mj")]
     top = int(pd.read_csv(folder / "curve.csv")["force_n"].argmax())
-    caption = "Energies [mJ]; not checked after the first failure"
-    rows = page.tables(page.section("run-1-gates"))[caption]
-    assert rows[0] == ["energy", "at the largest force", "at the end"]
+    energies = page.tables(page.section("run-1-gates"))["Energies [mJ]; not checked after the first failure"]
+    assert energies[0] == ["energy", "at the largest force", "at the end"]
     expected = [[f"{table[c].iloc[top]:.4g}", f"{table[c].iloc[-1]:.4g}"] for c in columns]
-    assert [row[1:] for row in rows[1:]] == expected
+    assert [row[1:] for row in energies[1:]] == expected
 
 
 def test_parameters_are_kept_apart_by_where_they_come_from(tensile: tuple[Path, HtmlPage]) -> None:
@@ -195,11 +190,6 @@ def test_same_folder_gives_the_same_bytes_in_less_than_a_second(tmp_path: Path) 
     assert time.process_time() - start < 1.0  # 0.2 s measured: a run can afford to write it
 
 
-def test_columns_of_the_axes_are_those_that_tests_write() -> None:
-    for kind, report in REPORTS.items():
-        assert {report.axes.x, report.axes.y} <= set(curves(kind))
-
-
 def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "r")
     angles = {"10": {"simulated": 2.0, "reference": 1.6, "error_pct": 25.0}}
@@ -214,9 +204,7 @@ def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_p
 
 
 @pytest.mark.parametrize("fails", [False, True])
-def test_the_curve_beside_a_run_is_read_once_a_page(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: bool
-) -> None:
+def test_the_curve_beside_a_run_is_read_once_a_page(tmp_path: Path, monkeypatch, fails: bool) -> None:
     """Caption, scale and picture have the same one, or the same reason why it is missing."""
     report, asked = REPORTS["tensile"], []
 

@@ -42,11 +42,8 @@ def test_a_strip_of_yarns_fails_with_its_last_yarns():
     assert expected_share(resolve(variant="1", scale="meso", sets=["rig.max_strain=1.2"]), lasting(1.0)) == 1.0
 
 
-def test_a_test_that_nothing_ends_takes_all_its_steps():
+def test_a_test_that_nothing_ends_takes_all_its_steps_and_small_models_one_thread():
     assert expected_share(shells(test="picture-frame"), lasting(3.0)) == 1.0
-
-
-def test_small_models_are_timed_on_one_thread():
     assert threads_for(SERIAL_BELOW - 1) == 1 and threads_for(SERIAL_BELOW) >= 1
 
 
@@ -93,22 +90,21 @@ def test_enough_steps_and_seconds_are_timed_but_no_more(monkeypatch, seconds, st
     assert brief.timed == steps and brief.step_s == pytest.approx(seconds / 40)
 
 
-def test_what_lies_before_the_first_step_is_told_apart(monkeypatch):
+def test_what_lies_before_the_first_step_is_told_apart_and_a_failure_ends_the_timing(monkeypatch):
     """The first sample is taken after 7 s and 40 steps of 0.1 s in all."""
     brief = timed(monkeypatch, 0.1)
     assert brief.before(brief.times[0][1] - 7.1) == pytest.approx(7.0)
     assert brief.before(brief.times[0][1]) == 0.0
-
-
-def test_a_specimen_that_fails_ends_the_timing(monkeypatch):
     assert timed(monkeypatch, 0.001, broken_at=5).timed == 160
 
 
-def test_of_a_strip_at_rest_no_time_is_told(capsys):
-    arguments = [
-        "check", "cantilever", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp",
-    ]  # fmt: skip
-    assert command(arguments) == 0
+def test_of_a_test_in_static_equilibrium_no_time_is_told(capsys):
+    assert (
+        command(
+            ["check", "cantilever", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp"]
+        )
+        == 0
+    )
     assert "  time                   no estimate: the number of steps" in capsys.readouterr().out
 
 
