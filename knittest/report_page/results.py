@@ -132,8 +132,9 @@ def _cited(row: ComparedRow) -> str:
 
 
 def _cells(row: ResultRow, *, refused: bool) -> tuple[Cell, ...]:
+    experiment, _, scaled = row.experiment.partition(" (")  # in small print, which wraps
     return (
-        Cell(row.label), Cell(row.simulated, row.value), Cell(row.experiment),
+        Cell(row.label), Cell(row.simulated, row.value), Cell(experiment, note=scaled.removesuffix(")")),
         Cell(row.deviation, note=row.verdict, tone="bad" if refused else _VERDICTS.get(row.verdict, "")),
         Cell(row.kind, note=row.on_assumed),
     )  # fmt: skip
