@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from deck_reader import cards_of, cells, curves_of
+from deck_reader import cards_of, curves_of
 
 from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile, number
@@ -72,7 +72,3 @@ def test_a_curve_that_jumps_has_rising_times():
     add_curve(deck, "step", Table((0.0, 1.0, 1.0, 2.0), (0.0, 0.0, 5.0, 5.0)), 2.0)
     time, value = curves_of(cards_of(deck.text()))[1]
     assert (np.diff(time) > 0.0).all() and np.interp(1.5, time, value) == 5.0 and np.interp(0.5, time, value) == 0.0
-
-
-def test_cells_of_a_line():
-    assert cells(f"{1:>10}{'':10}{2.5:>10}") == [1.0, None, 2.5]
