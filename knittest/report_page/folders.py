@@ -1,5 +1,6 @@
 """Finds run folders, and folders with run folders in them."""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -24,6 +25,8 @@ LEDGERS = "ledger*.jsonl"
 #: characters of a message in a list
 SHORT = 60
 STUDY, RUNNING = "study", "running"
+#: message of a run that fails a quality check; earlier versions wrote "comparison refused"
+NOT_COMPARED = "not compared with the experiment"
 HEADER = ("run", "test", "fabric", "scale", "result", "MB", "passed", "date")
 
 
@@ -180,5 +183,5 @@ def _passed(path: Path, manifest: Manifest) -> str:
     if manifest.status == "completed" and manifest.exit_code == 0:
         return "yes"
     how = "no" if manifest.status == "completed" else manifest.status or "unknown"
-    why = manifest.message.removeprefix("comparison refused: ").partition("; ")[0]
+    why = re.sub(rf"^({NOT_COMPARED}|comparison refused): ", "", manifest.message).partition("; ")[0]
     return f"{how}: {why if len(why) <= SHORT else why[:SHORT] + ' ...'}" if why else how

@@ -14,6 +14,7 @@ from knittest.base.summary import Summary
 from knittest.config.run import Run
 from knittest.export.identity import cell_of
 from knittest.laboratory.report_base import TESTS, References
+from knittest.report_page.folders import NOT_COMPARED
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.checkpoints import Checkpoints, specimen_of, specimen_state
 from knittest.runs.opening import Opened, Place, joined
@@ -64,7 +65,7 @@ def execute(
                 write_files(run, specimens, references, judgement, opened.folder, options)
             refused = judgement.quality.failures
             if refused:
-                opened.folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(refused))
+                opened.folder.finish("completed", EXIT_REFUSED, f"{NOT_COMPARED}: {'; '.join(refused)}")
     except NumericalError as error:
         if isinstance(error.partial, Path) and options.pictures:
             write_if_possible(error.partial, write_report)
