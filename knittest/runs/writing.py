@@ -45,7 +45,7 @@ def references_of(run: Run, against: Sequence[Path]) -> References:
 
 
 def judge(run: Run, specimens: list[Specimen], references: References, forced: Sequence[str] = ()) -> Judgement:
-    """Compare the mean of ``specimens`` with ``references``, unless a check fails; ``forced`` changes give a warning."""
+    """Compare the mean of ``specimens`` with ``references`` unless a check fails; warn of ``forced`` changes."""
     quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
     quality = quality.warning(*references.apart, *doubts(run))
     if forced:
