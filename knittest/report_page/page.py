@@ -46,7 +46,17 @@ def repeat(run: LoadedRun) -> Section:
         "config.yaml, SHA-256": manifest.config_sha256,
     }
     blocks.append(_facts_table("Provenance", facts | manifest.facts()))
-    blocks += [Text(text, "warn") for text in _changed(run)]
+    known = {manifest.config_sha256, *(str(note.get("config_sha256")) for note in manifest.resumed)}
+    if manifest.config_sha256 and run.config_text and sha256_text(run.config_text) not in known:
+        changed = "config.yaml was changed after the run: it does not match the hash in manifest.json."
+        blocks.append(Text(changed, "warn"))
+    now: dict[str, str] = {}
+    with suppress(InputError):
+        now = sha256_files(data_files(run.run)) if run.run else {}
+    for name, digest in manifest.data_sha256.items():
+        if now.get(name, digest) != digest:
+            changed = f"{name} was changed after the run: the references may differ from those of the run."
+            blocks.append(Text(changed, "warn"))
     for note in run.manifest.resumed:
         forced = note.get("forced")
         by_force = f", with --force although {'; '.join(map(str, forced))}" if isinstance(forced, list) else ""
@@ -58,20 +68,6 @@ def repeat(run: LoadedRun) -> Section:
 def _facts_table(caption: str, facts: Mapping[str, object]) -> Table:
     rows = [(Cell(name), Cell(str(value))) for name, value in facts.items() if value not in (None, "")]
     return Table(caption, (), rows)
-
-
-def _changed(run: LoadedRun) -> list[str]:
-    found, manifest = [], run.manifest
-    known = {manifest.config_sha256, *(str(note.get("config_sha256")) for note in manifest.resumed)}
-    if manifest.config_sha256 and run.config_text and sha256_text(run.config_text) not in known:
-        found.append("config.yaml was changed after the run: it does not match the hash in manifest.json.")
-    now: dict[str, str] = {}
-    with suppress(InputError):
-        now = sha256_files(data_files(run.run)) if run.run else {}
-    for name, digest in manifest.data_sha256.items():
-        if name in now and now[name] != digest:
-            found.append(f"{name} was changed after the run: the references may differ from those of the run.")
-    return found
 
 
 #: name of the report in a run folder

@@ -53,12 +53,12 @@ def sourced(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
     owners = borrowed(run.run.fabric) if run.run else {}
     for path, quantity in quantities(run.config):
         if owner := owners.pop(".".join(path).removeprefix("fabric."), ""):
-            origin = f"{_of_other(owner)}; the fabric file states {quantity['source']}"
+            origin = f"curve of {owner}, by its header; the fabric file states {quantity['source']}"
             quantity = {**quantity, "source": "assumed", "ref": origin}
         yield path, quantity
     for field, owner in owners.items():
         path = ("fabric", *field.split("."))
-        yield path, {"value": run.setting(*path), "source": "assumed", "ref": _of_other(owner)}
+        yield path, {"value": run.setting(*path), "source": "assumed", "ref": f"curve of {owner}, by its header"}
     for direction, text in (run.setting("fabric", "macro", "tension") or {}).items():
         if f"macro.tension.{direction}" not in owners:
             with suppress(InputError):
@@ -66,10 +66,6 @@ def sourced(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
                 stated = {"source": "user", "ref": curve.doubt} if curve.doubt else None
                 stated = stated or {"source": curve.kind, "ref": curve.source}
                 yield ("fabric", "macro", "tension", direction), {"value": text, **stated}
-
-
-def _of_other(owner: str) -> str:
-    return f"curve of {owner}, by its header"
 
 
 def quantities(fields: object) -> Iterator[tuple[Path, Mapping[str, Any]]]:

@@ -51,15 +51,12 @@ def pictures(run: LoadedRun, curve_complete: bool, above: frozenset[str]) -> Sec
     shown = [name for name in names if name in above]
     names = [name for name in names if name not in above]
     blocks += [Text(f"Shown above with the other runs: {', '.join(shown)}.")] if shown else []
-    blocks += [picture(run.path / name, _caption(name)) for name in names[:MOST]]
+    for name in names[:MOST]:
+        early = ", when the run ended early" if ".incomplete." in name else ""
+        blocks.append(picture(run.path / name, CAPTIONS.get(name.replace(".incomplete.", "."), name) + early))
     if len(names) > MOST:
         blocks.append(Text(f"The run folder has {len(names) - MOST} more pictures."))
     return Section(f"run-{run.number}-pictures", "Pictures", blocks or [Text("This run has no pictures.")])
-
-
-def _caption(name: str) -> str:
-    caption = CAPTIONS.get(name.replace(".incomplete.", "."), name)
-    return f"{caption}, when the run ended early" if ".incomplete." in name else caption
 
 
 def picture(path: Path, caption: str) -> Block:

@@ -23,7 +23,7 @@ from knittest.base.result_rows import (
 from knittest.experiment.compare import ERRORS, UNRATED
 from knittest.laboratory.numerical_error import error_notes
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
-from knittest.report_page.files import ComparedRow, Number
+from knittest.report_page.files import Number
 from knittest.report_page.loading import LoadedRun
 
 ERROR_HEADER = ("quantity", "at half the speed", "on the other mesh", "numerical error")
@@ -102,7 +102,9 @@ def results(run: LoadedRun) -> Section:
         several = isinstance(count, int) and count > 1
         what = f"Results, mean ± sd of {count} specimens" if several else "Results"
         what += " ± numerical error" if run.summary.numerical_error and not several else ""
-        sources = sorted({_cited(row) for row in run.summary.comparison if row.source})
+        # the scaling of a row stands in the row
+        cited = (row.source.removesuffix(f", {row.scaled}") for row in run.summary.comparison if row.source)
+        sources = sorted(set(cited))
         against = f", compared with the experiment ({'; '.join(sources)}: mean ± sd)" if sources else ""
         alone = all(row.verdict == NO_REFERENCE and row.kind == "-" for row in rows)
         shown = HEADER[:2] if alone else HEADER
@@ -125,10 +127,6 @@ def results(run: LoadedRun) -> Section:
         blocks.append(Text("This run has no results.", "warn"))
     blocks += [block for curve in run.comparison.curves for block in _metrics(curve)]
     return Section(f"run-{run.number}-results", "Results and deviations", blocks)
-
-
-def _cited(row: ComparedRow) -> str:
-    return row.source.removesuffix(f", {row.scaled}") if row.scaled else row.source
 
 
 def _cells(row: ResultRow, *, refused: bool) -> tuple[Cell, ...]:

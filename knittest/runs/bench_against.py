@@ -6,7 +6,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -57,14 +57,11 @@ def paired_lines(against: Path, pairs: int) -> Iterator[str]:
         for place in (there, here):
             _timed(place, command)
         turns = [(_timed(there, command), _timed(here, command)) for _ in range(pairs)]
-        faster = _spread([new.speed / old.speed for old, new in turns])
+        ratios = [new.speed / old.speed for old, new in turns]
+        faster = f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
         speed = statistics.median(new.speed for _, new in turns)
         leaner = statistics.median(old.cpu / new.cpu for old, new in turns)
         yield f"{name:<17}{1e-6 * speed:>10.3g}  {faster:<23}{leaner:<13.2f}{difference(*(t.curve for t in turns[0]))}"
-
-
-def _spread(ratios: Sequence[float]) -> str:
-    return f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
 
 
 def difference(old: np.ndarray, new: np.ndarray) -> str:

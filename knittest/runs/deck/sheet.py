@@ -242,16 +242,6 @@ ALONG_Z, FIXED = 4, 7
 DOF_Z = 3
 
 
-def surfaces(rig: FormingTest, position: Array) -> dict[str, TriangleMesh]:
-    """Tools of ``rig`` in the order of its boundary, the floor last, for a blank at ``position`` (n, 3) [mm]."""
-    found = {name: tool.solid for name, tool in rig.tools.by_name.items()}
-    if rig.floor is not None:
-        (x0, y0), (x1, y1) = WIDER * position[:, :2].min(axis=0), WIDER * position[:, :2].max(axis=0)
-        corners = np.array([[x, y, rig.floor] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
-        found["floor"] = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
-    return found
-
-
 def add_tools(deck: KeywordFile, rig: FormingTest, boundary: Boundary, end: float, first_element: int) -> list[int]:
     """Add the tools after the nodes and elements of the fabric, with motions and loads; returns their parts."""
     deck.given["element"] = first_element - 1
@@ -260,8 +250,13 @@ def add_tools(deck: KeywordFile, rig: FormingTest, boundary: Boundary, end: floa
     deck.card("secid elform shrf nip propt qr/irid icomp setyp", section, 2, 1.0, 2, 0, 0, 0, 1)
     deck.card("t1 t2 t3 t4 nloc marea idof edgset", THICK, THICK, THICK, THICK, 0, 0, 0, 0)
     parts = []
-    named = surfaces(rig, boundary.model.position())
-    for (name, surface), tool in zip(named.items(), boundary.tools, strict=True):
+    surfaces = {name: tool.solid for name, tool in rig.tools.by_name.items()}
+    if rig.floor is not None:
+        place = boundary.model.position()[:, :2]
+        (x0, y0), (x1, y1) = WIDER * place.min(axis=0), WIDER * place.max(axis=0)
+        corners = np.array([[x, y, rig.floor] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
+        surfaces["floor"] = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    for (name, surface), tool in zip(surfaces.items(), boundary.tools, strict=True):
         parts.append(_add_tool(deck, name, surface, tool, section))
         motion, load = tool.motion[2], tool.load[2]
         if motion >= 0:

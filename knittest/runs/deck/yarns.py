@@ -6,8 +6,6 @@ cable (ELFORM 6, *MAT_CABLE_DISCRETE_BEAM) between the same nodes carries the re
 strain, and breaks at the failure strain.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,7 +55,7 @@ def add_yarns(deck: KeywordFile, model: YarnModel) -> list[Part]:
     parts, rows = list[Part](), list[tuple[int, ...]]()
     for number in np.unique(section):
         of = section == number
-        own = _Own(model, int(number), np.flatnonzero(of), length[of])
+        own = _Section(model, int(number), np.flatnonzero(of), length[of])
         parts.append(Part(own.add_bending(deck), own.name, 2.0 * own.radius))
         rows += own.bending_rows(parts[-1].number, position) + own.add_cables(deck)
     deck.keyword("ELEMENT_BEAM")
@@ -65,37 +63,17 @@ def add_yarns(deck: KeywordFile, model: YarnModel) -> list[Part]:
     return parts
 
 
-@dataclass(frozen=True)
-class _Own:
+class _Section:
     """Elements of one section: their ``numbers`` in the mesh and ``length`` [mm]."""
 
-    model: YarnModel
-    section: int
-    numbers: Index
-    length: Array
-
-    @property
-    def name(self) -> str:
-        return self.model.mesh.part_names[int(self.model.section_part[self.section])]
-
-    @property
-    def radius(self) -> float:
-        return float(self.model.mesh.radius[self.numbers[0]])
-
-    @property
-    def area(self) -> float:
-        return np.pi * self.radius**2
-
-    @property
-    def axial(self) -> float:
-        """Largest tangent of the axial law [N]."""
-        return float(np.cumsum(self.model.beams.hinge_slope[self.section]).max())
-
-    @property
-    def line_mass(self) -> float:
-        """Mass per length [g/mm] of the model's nodes, mass scaling included."""
-        nodes = np.unique(self.model.mesh.cells[self.numbers])
-        return float(self.model.mass[nodes].sum() / self.length.sum())
+    def __init__(self, model: YarnModel, section: int, numbers: Index, length: Array) -> None:
+        self.model, self.section, self.numbers, self.length = model, section, numbers, length
+        self.name = model.mesh.part_names[int(model.section_part[section])]
+        self.radius = float(model.mesh.radius[numbers[0]])
+        self.area = np.pi * self.radius**2
+        self.axial = float(np.cumsum(model.beams.hinge_slope[section]).max())  # largest tangent [N]
+        nodes = np.unique(model.mesh.cells[numbers])
+        self.line_mass = float(model.mass[nodes].sum() / length.sum())  # [g/mm], mass scaling included
 
     def add_bending(self, deck: KeywordFile) -> int:
         """Add the part of the bending beams; returns its number."""
