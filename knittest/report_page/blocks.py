@@ -10,10 +10,7 @@ Tone = Literal["", "good", "warn", "bad"]
 
 @dataclass(frozen=True)
 class Cell:
-    """Text of a table's cell; ``value`` is the number behind it in full, ``note`` small print.
-
-    ``href`` is ``#ANCHOR`` of the page, or a relative path, quoted.
-    """
+    """Text of a cell, with its number ``value``, small print ``note``, and ``href`` (``#ANCHOR`` or a quoted path)."""
 
     text: str
     value: float | None = None
@@ -24,10 +21,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells under a ``header``, if there is one; the first cell of a row names it.
-
-    ``numeric`` columns align to the right.
-    """
+    """Rows of cells under a ``header``, if any; the first cell names its row, ``numeric`` columns align right."""
 
     kind: ClassVar[str] = "table"
     caption: str
@@ -47,7 +41,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Picture:
-    """An image as a data URI; a ``wide`` one scrolls sideways where the screen is narrow."""
+    """An image as a data URI; a ``wide`` one scrolls on a narrow screen."""
 
     kind: ClassVar[str] = "picture"
     uri: str
@@ -58,7 +52,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Pictures beside each other, below each other where the screen is narrow."""
+    """Pictures next to each other, below each other on a narrow screen."""
 
     kind: ClassVar[str] = "gallery"
     pictures: Sequence[Picture]
@@ -66,7 +60,7 @@ class Gallery:
 
 @dataclass(frozen=True)
 class Code:
-    """Text to copy; a ``download`` (file name and data URI) is offered beside it, and long text starts folded."""
+    """Text to copy, with an optional ``download`` (file name, data URI); long text starts folded."""
 
     kind: ClassVar[str] = "code"
     text: str
@@ -79,10 +73,7 @@ Block = Table | Text | Picture | Gallery | Code
 
 @dataclass(frozen=True)
 class Section:
-    """A part of a page under a heading of ``level`` 2 or 3; ``anchor`` is unique on the page.
-
-    A ``folded`` one shows its heading only, until a reader opens it.
-    """
+    """Part of a page with a heading of ``level`` 2 or 3 and a unique ``anchor``; a ``folded`` one starts closed."""
 
     anchor: str
     title: str
@@ -111,7 +102,7 @@ _LABEL = 70
 
 
 def parts(text: str) -> list[str]:
-    """``text`` cut where a line may end, so that tables fit a phone; a template puts ``<wbr>`` between."""
+    """``text`` cut where a line may end (``<wbr>``), so that tables fit a phone."""
     found = []
     for word in _JOINTS.split(text):
         found += [word[i : i + _STEP] for i in range(0, len(word), _STEP)] if _HASH.fullmatch(word) else [word]
@@ -119,11 +110,11 @@ def parts(text: str) -> list[str]:
 
 
 def without_forbidden(text: str) -> str:
-    """``text`` with U+FFFD for what HTML forbids, which a damaged file may hold."""
+    """``text`` with U+FFFD for characters that HTML forbids, from damaged files."""
     return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
 def label(text: str) -> str:
-    """``text`` as one line of a legend, where a dollar sign is one and begins no formula."""
+    """``text`` as one line of a legend, with dollar signs that begin no formula."""
     plain = "".join(c if c.isprintable() else " " for c in text)
     return (plain if len(plain) <= _LABEL else plain[: _LABEL - 3] + "...").replace("$", r"\$")

@@ -1,9 +1,8 @@
-"""Several runs on one page: what there is, results side by side, curves in one picture, what differs."""
+"""Sections of a report on several runs: overview, results side by side, curves in one picture, differences."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from knittest.base.figure import save
 from knittest.base.result_rows import SIZED, ResultRow
@@ -11,21 +10,21 @@ from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, 
 from knittest.report_page.curves import overlay, overlay_figure, sizes_differ
 from knittest.report_page.loading import LoadedRun
 from knittest.report_page.parameters import leaves, shown, shown_quantity, sourced, unit_of
-from knittest.report_page.pictures import CAPTIONS, fields, fields_of, picture
+from knittest.report_page.pictures import CAPTIONS, fields, fields_figure_of, picture
 from knittest.report_page.results import rows_of
 
 #: columns of runs that fit a sheet of paper
 ABREAST = 4
-#: a change beyond this factor says nothing in percent
+#: factor above which a change in percent is left out
 TOO_FAR = 10.0
-#: in place of a change of force between specimens that differ in size
-OTHER_SIZE = "other size"
-#: pictures that are shown run by run beside each other
+#: instead of a change of force between specimens of different size
+OTHER_SIZE = "different size"
+#: pictures of several runs that are shown next to each other
 ABREAST_PICTURES = ("deformed.png", "shear-angle.png", "zones.png", "wrinkles.png", "draw-in.png")
 
 
 def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:
-    """One row a run with its ending, linked to its part of the page."""
+    """Section with a row for each run and its state, linked to its part of the page."""
     rows = []
     for run in runs:
         text, tone = _state(run)
@@ -38,7 +37,7 @@ def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:
 
 
 def side_by_side(runs: Sequence[LoadedRun]) -> Section:
-    """Results of the runs of each test in columns, with the change against the first of them; then their curves."""
+    """Section with the results of each test in columns, the change against the first run, and the curves."""
     blocks: list[Block] = []
     for rig, group in by_test(runs):
         for start in range(0, len(group), ABREAST):
@@ -51,31 +50,28 @@ def side_by_side(runs: Sequence[LoadedRun]) -> Section:
 
 
 def differences(runs: Sequence[LoadedRun]) -> Section:
-    """Parameters and settings that differ between runs of one test, and provenance that differs between any."""
+    """Section with the parameters and settings that differ between runs of a test, and differing provenance."""
     blocks: list[Block] = []
     for rig, group in by_test(runs):
         if len(group) > 1:
-            blocks += _differing(f"{rig or 'test not stated'}: parameters and settings that differ", group, _told)
-    blocks += _differing("Provenance that differs", runs, _provenance)
+            blocks += _differing(f"{rig or 'test not stated'}: parameters and settings that differ", group, _settings)
+    blocks += _differing("Provenance that differs", runs, lambda run: run.manifest.facts())
     return Section("differences", "What differs", blocks, level=2)
 
 
 def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
-    """Write the curves, and the fields, of the runs of each test beside ``page``; returns their files, of which those
-    in other formats lie beside (:mod:`knittest.base.figure`). Raises :class:`ResourceError`.
-    """
+    """Write curves and fields of the runs of each test next to ``page``; returns the PNG files."""
     written = []
     for rig, group in by_test(runs):
-        for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_of(group))):
+        for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_figure_of(group)[0])):
             if figure is not None:
                 written.append(page.with_name(f"{page.stem}-{rig}-{what}.png"))
                 save(figure, written[-1])
     return written
 
 
-def _differing(caption: str, runs: Sequence[LoadedRun], told: Callable[[LoadedRun], dict[str, str]]) -> list[Block]:
-    """Tables of the names under which ``told`` does not say the same of all ``runs``."""
-    columns = [told(run) for run in runs]
+def _differing(caption: str, runs: Sequence[LoadedRun], facts: Callable[[LoadedRun], dict[str, str]]) -> list[Block]:
+    columns = [facts(run) for run in runs]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = {name: [column.get(name, "-") for column in columns] for name in names}
     rows = {name: values for name, values in rows.items() if len(set(values)) > 1}
@@ -96,14 +92,15 @@ def by_test(runs: Sequence[LoadedRun]) -> Iterator[tuple[str, list[LoadedRun]]]:
 
 
 def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | None:
-    """Rows are quantities; each cell holds the result, its deviation and kind, and the change against ``first``."""
+    """Table with a row for each quantity: result, change against ``first``, deviation and kind."""
     columns = {run.number: {row.quantity: row for row in rows_of(run)} for run in runs}
     base = {row.quantity: row for row in rows_of(first)}
     sized = {run.number: SIZED if sizes_differ([first, run]) is not False else {} for run in runs}
     labels = {row.quantity: row.label for column in columns.values() for row in column.values()}
+    refused = {run.number: bool(run.summary.refused) for run in runs}
     rows = [
-        (Cell(label), *(_result(columns[n].get(quantity), base.get(quantity), quantity in sized[n]) for n in columns))
-        for quantity, label in labels.items()
+        (Cell(label), *(_result(columns[n].get(q), base.get(q), q in sized[n], refused[n]) for n in columns))
+        for q, label in labels.items()
     ]
     if not rows:
         return None
@@ -113,12 +110,11 @@ def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | N
 
 
 def shown_abreast(runs: Sequence[LoadedRun]) -> frozenset[str]:
-    """Names of the pictures that stand beside each other: of what a table does not tell, of ``runs`` of one test."""
+    """Names of the pictures shown next to each other for ``runs`` of one test."""
     return frozenset(ABREAST_PICTURES if len(runs) > 1 else ())
 
 
 def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
-    """The same picture of each run beside each other."""
     blocks: list[Block] = []
     for name in filter(shown_abreast(runs).__contains__, ABREAST_PICTURES):
         found = [
@@ -132,26 +128,25 @@ def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
     return blocks
 
 
-def _result(row: ResultRow | None, base: ResultRow | None, other_size: bool) -> Cell:
-    """A result with its change against ``base``, which a force of a specimen of another size has none of."""
+def _result(row: ResultRow | None, base: ResultRow | None, other_size: bool, refused: bool) -> Cell:
+    """Cell of a result with its change against ``base``, except for a force of a specimen of another size."""
     if row is None:
         return Cell("-")
     change = OTHER_SIZE if other_size else _change(row.value, None if base is None else base.value)
     parts = [change] if base is not None and base is not row else []
     parts += [part for part in (row.deviation, row.kind_told) if part != "-"]
-    parts += ["refused"] if row.verdict == "refused" else []
+    parts += [row.verdict] if refused else []
     return Cell(row.simulated, row.value, note=", ".join(part for part in parts if part))
 
 
 def _change(value: float | None, base: float | None) -> str:
-    """Change in percent; empty where there is nothing to relate it to."""
+    """Change in percent; empty where it is unknown, zero or too large."""
     if value is None or base is None or base == 0.0 or value == base or abs(value / base) > TOO_FAR:
         return ""
     return f"{round(100.0 * (value / base - 1.0), 1) + 0.0:+} %"  # no -0.0
 
 
-def _told(run: LoadedRun) -> dict[str, str]:
-    """Every parameter and setting as text."""
+def _settings(run: LoadedRun) -> dict[str, str]:
     fabric = {
         ".".join(path): f"{shown_quantity(q)}{unit_of(path, run.rig)} ({q['source']})" for path, q in sourced(run)
     }
@@ -162,15 +157,6 @@ def _told(run: LoadedRun) -> dict[str, str]:
     return plain | fabric
 
 
-def _provenance(run: LoadedRun) -> dict[str, str]:
-    manifest = run.manifest
-    facts: Mapping[str, Any] = {
-        "knittest": manifest.version, "commit": manifest.git_commit, "processor": manifest.cpu,
-        "threads": manifest.threads, **manifest.data_sha256, **manifest.libraries,
-    }  # fmt: skip
-    return {name: str(value) for name, value in facts.items()}
-
-
 def _head(run: LoadedRun) -> str:
     direction = run.summary.direction or run.setting("rig", "direction")
     return f"run {run.number}" + (f" ({direction})" if direction else "")
@@ -178,7 +164,7 @@ def _head(run: LoadedRun) -> str:
 
 def _state(run: LoadedRun) -> tuple[str, Tone]:
     if run.summary.refused:
-        return "comparison refused", "bad"
+        return "not compared with the experiment", "bad"
     status = run.manifest.status or "not known"
     if status == "completed" and run.summary.warnings:
         return f"completed, {(n := len(run.summary.warnings))} warning{'s' if n > 1 else ''}", "warn"

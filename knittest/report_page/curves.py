@@ -1,4 +1,4 @@
-"""The curves of runs beside what each is compared with, as vector pictures of a size that a phone shows readably."""
+"""Draws the curves of runs with their references, as vector pictures that are readable on a phone."""
 
 import io
 import math
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 _COLOURS = (BLUE, GREEN, PINK, SKY, ORANGE, BLACK)
 _DASHES = ("-", "--", "-.", ":")
-#: what axes can be scaled to; larger numbers are those of a run that blew up
+#: largest number that axes can show; an unstable run has larger ones
 _LARGEST = 1e30
-#: entries of a legend that the figure has room for, and the height of a further one [inch]
+#: entries of a legend that fit the figure, and the height of each further one [inch]
 _FITTING, _LINE = 6, 0.2
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "path",  # the same look without the font
@@ -40,7 +40,7 @@ _STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True)
 class Series:
-    """A curve, (n,) each, with its standard deviation if it is the mean of several, and their ``peaks`` (k, 2)."""
+    """A curve (n,), with standard deviation and ``peaks`` (k, 2) of the specimens where it is their mean."""
 
     label: str
     x: Array
@@ -51,7 +51,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Beside:
-    """References that curves are shown beside."""
+    """References that are drawn with a curve."""
 
     reference: ReferenceCurve | None = None
     source: str = ""  # of the reference and the end point
@@ -59,24 +59,17 @@ class Beside:
     levels: Sequence[Level] = ()
 
 
-def curve_chart(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Beside] = ()) -> str | None:
-    """SVG of the curves as a data URI, ``None`` when none of them has two points that can be drawn."""
-    from matplotlib import rc_context
-
-    figure = curve_figure(series, axes, beside)
-    if figure is None:
-        return None
-    buffer = io.BytesIO()
-    with rc_context(_STYLE):
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "knittest"})
-    return data_uri(buffer.getvalue(), "image/svg+xml")
-
-
 def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Beside] = ()) -> "Figure | None":
-    """The curves, ``None`` when none of them has two points that can be drawn."""
+    """Figure of the curves; ``None`` when no curve has two points that can be drawn."""
     from matplotlib import rc_context
 
-    drawable = [s for s in map(_drawable, series) if len(s.x) > 1]
+    drawable = []
+    for one in series:
+        columns = [one.x, one.y, *([] if one.sd is None else [one.sd])]
+        keep = np.all([np.abs(c) < _LARGEST for c in columns], axis=0)  # False for NaN
+        if keep.sum() > 1:
+            sd = None if one.sd is None else one.sd[keep]
+            drawable.append(replace(one, x=one.x[keep], y=one.y[keep], sd=sd))
     if not drawable:
         return None
     with rc_context(_STYLE):
@@ -94,16 +87,9 @@ def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Bes
         handles, labels = plot.get_legend_handles_labels()
         once = dict(zip(map(label, labels), handles, strict=True))  # runs of one fabric share their reference
         height = figure.get_figheight() + _LINE * max(len(once) - _FITTING, 0)
-        figure.set_figheight(height)  # a long legend takes no room from the curves
+        figure.set_figheight(height)  # the curves keep their size
         figure.legend(once.values(), once.keys(), loc="outside lower left", frameon=False, fontsize=9)
     return figure
-
-
-def _drawable(series: Series) -> Series:
-    columns = [series.x, series.y, *([] if series.sd is None else [series.sd])]
-    keep = np.all([np.abs(c) < _LARGEST for c in columns], axis=0)  # False for NaN
-    sd = None if series.sd is None else series.sd[keep]
-    return Series(series.label, series.x[keep], series.y[keep], sd, series.peaks)
 
 
 def _draw_series(plot: "Axes", series: Series, number: int) -> None:
@@ -139,70 +125,88 @@ PEAK = "peak_force_n"
 
 
 def curve(run: LoadedRun) -> tuple[Section, bool]:
-    """The curve of one run with corridor and reference, and whether it shows all that curve.png does."""
+    """Section with the curve of one run, and whether the curve shows all that curve.png does."""
     blocks = _chart([run], [f"simulated{_state(run)}"])
     drawn = any(isinstance(block, Picture) for block in blocks)
     ensemble = run.report is not None and run.report.axes.mean in run.curve
-    others = len(run.comparison.curves) - (run.reference[0] is not None)  # a user's own, not kept
+    others = len(run.comparison.curves) - (run.reference[0] is not None)  # curves of the user
     return Section(f"run-{run.number}-curve", "Curve", blocks), drawn and not ensemble and others <= 0
 
 
 def overlay(runs: Sequence[LoadedRun]) -> list[Block]:
-    """The curves of runs of one test in one picture."""
+    """Picture of the curves of runs of one test."""
     return _chart(runs, [_name(run) for run in runs])
 
 
 def _name(run: LoadedRun) -> str:
-    return f"run {run.number}{_what(run)}{_state(run)}"
+    """Number of a run, with its direction and scale where they are known."""
+    direction = run.summary.direction or run.setting("rig", "direction")
+    scale = run.summary.scale or run.setting("model", "scale")
+    known = " ".join(str(part) for part in (direction, scale) if part in ("warp", "weft", "macro", "meso"))
+    return f"run {run.number}{f', {known}' if known else ''}{_state(run)}"
 
 
 def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
-    report = runs[0].report
+    from matplotlib import rc_context
+
+    report, differ = runs[0].report, sizes_differ(runs)
     if report is None:
         return [Text(f"No curve is known for the test {runs[0].rig or '(not stated)'}.", "warn")]
-    differ = sizes_differ(runs)
     if differ is None:
-        return [Text("The curves are not shown together: the size of a specimen is not known.", "warn")]
-    free = differ or any(_is_free(run, report.axes) for run in runs)
-    series, axes, beside, problems = _drawn(runs, labels, free)
+        return [Text("The curves are not shown together: the size of a specimen is unknown.", "warn")]
+    series, axes, beside, problems = _drawn(runs, labels, differ)
     blocks: list[Block] = [Text(f"The curve of the experiment is not shown: {problem}", "warn") for problem in problems]
-    uri = curve_chart(series, axes, beside)
-    if uri is None:
+    figure = curve_figure(series, axes, beside)
+    if figure is None:
         return [Text("There is no curve to draw.", "warn"), *blocks]
-    sizes = "; the specimens differ in size" if differ else ""
+    buffer = io.BytesIO()
+    with rc_context(_STYLE):
+        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "knittest"})
+    caption = f"{axes.ylabel} over {axes.xlabel}{'; the specimens differ in size' if differ else ''}"
     if any(run.run is not None and report.factors(run.run) for run in runs):
-        sizes += "; forces of whole yarns are for the nominal size"
-    means = "; a mean ends at the earliest peak of its specimens" if any(s.sd is not None for s in series) else ""
-    caption = f"{axes.ylabel} over {axes.xlabel}{sizes}{means}{_origin([b.reference for b in beside])}"
+        caption += "; forces are scaled from whole yarns to the nominal size"
+    if any(one.sd is not None for one in series):
+        caption += "; a mean ends at the earliest peak of its specimens"
+    references = [around.reference for around in beside if around.reference is not None]
+    origins = {f"{r.source}: {r.kind}{'; ' + r.note if r.note else ''}" for r in references}
+    caption += f". Reference: {'. '.join(sorted(origins))}" if origins else ""
+    uri = data_uri(buffer.getvalue(), "image/svg+xml")
     return [Picture(uri, f"{caption}; {', '.join(labels)}", caption), *blocks]
 
 
 def overlay_figure(runs: Sequence[LoadedRun]) -> "Figure | None":
-    """The picture of :func:`overlay`, ``None`` where it has none."""
-    report, differ = runs[0].report, sizes_differ(runs)
-    if report is None or differ is None:
+    """Figure of :func:`overlay`; ``None`` where it has none."""
+    differ = sizes_differ(runs)
+    if runs[0].report is None or differ is None:
         return None
-    free = differ or any(_is_free(run, report.axes) for run in runs)
-    series, axes, beside, _ = _drawn(runs, [_name(run) for run in runs], free)
+    series, axes, beside, _ = _drawn(runs, [_name(run) for run in runs], differ)
     return curve_figure(series, axes, beside)
 
 
 def _drawn(
-    runs: Sequence[LoadedRun], labels: Sequence[str], free: bool
+    runs: Sequence[LoadedRun], labels: Sequence[str], differ: bool
 ) -> tuple[list[Series], CurveAxes, list[Beside], list[str]]:
-    """Curves of ``runs`` of a known test, their axes, what is beside them, and what of that cannot be read."""
+    """Curves of ``runs``, axes, references and their problems; forces without size where sizes ``differ``."""
     report = runs[0].report
     assert report is not None
-    drawn = [_columns(run, report.axes, free) for run in runs]
-    axes = drawn[0][0]
-    series = [_series(run, *one, label, free=free) for run, one, label in zip(runs, drawn, labels, strict=True)]
-    found = [_beside(run, len(runs) > 1, free) for run in runs]
-    beside, problems = [around for around, _ in found], [problem for _, problem in found if problem]
+    references = [run.reference[0] for run in runs]
+    free = differ or any(one is not None and one.y_name in report.axes.others for one in references)
+    axes, series = report.axes, []
+    for run, name in zip(runs, labels, strict=True):
+        columns, own = run.curve, report.axes
+        if run.run is not None and free:
+            own, columns = report.size_free(run.run, columns)
+        elif run.run is not None:
+            columns = report.for_nominal_size(run.run, columns)
+        axes = own if run is runs[0] else axes
+        series.append(_series(run, own, columns, name, free=free))
+    beside = [_beside(run, len(runs) > 1, free) for run in runs]
+    problems = [run.reference[1] for run in runs if run.reference[1]]
     return [s for s in series if s is not None], axes, beside, problems
 
 
 def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
-    """Tell whether forces of ``runs`` of one test are of specimens of several sizes; ``None`` if one is not known."""
+    """Tell whether the specimens of ``runs`` of one test differ in size; ``None`` if a size is unknown."""
     if len(runs) < 2:
         return False
     sizes = []
@@ -213,23 +217,8 @@ def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
     return max(sizes) > min(sizes) * (1.0 + EXACT)
 
 
-def _is_free(run: LoadedRun, axes: CurveAxes) -> bool:
-    """Tell whether what a run is beside is a force of no size, such as a normalised one."""
-    reference, _ = run.reference
-    return reference is not None and reference.y_name in axes.others
-
-
-def _columns(run: LoadedRun, axes: CurveAxes, free: bool) -> tuple[CurveAxes, Columns]:
-    """Axes and columns of the curve, ``free`` of the specimen's size or for its nominal one."""
-    if run.run is None or run.report is None:
-        return axes, run.curve
-    if free:
-        return run.report.size_free(run.run, run.curve)
-    return axes, run.report.for_nominal_size(run.run, run.curve)
-
-
 def _peaks(run: LoadedRun, axes: CurveAxes, *, free: bool) -> Array | None:
-    """Largest force, ``free`` of the specimen's size or not, over its place of each specimen, (n, 2); None without."""
+    """Place and size of the largest force of each specimen, (n, 2), ``free`` of the specimen's size or not."""
     results = unfolded(run.summary.plain()["results"])
     force = SIZED.get(PEAK, "") if free else PEAK
     if not free and run.run is not None and run.report is not None and PEAK in results:
@@ -250,56 +239,27 @@ def _series(run: LoadedRun, axes: CurveAxes, columns: Columns, label: str, *, fr
     return None
 
 
-def _beside(run: LoadedRun, several: bool, free: bool = False) -> tuple[Beside, str]:
-    """Reference, end point and levels of a run, and why the reference is missing if it cannot be read.
-
-    Where the picture shows ``several`` runs, the direction goes with the source; where it is ``free`` of their sizes,
-    forces of the experiment are as well.
-    """
+def _beside(run: LoadedRun, several: bool, free: bool = False) -> Beside:
+    """References of a run, with forces ``free`` of the size or not; ``several`` runs name their direction."""
     if run.run is None or run.report is None:
-        return Beside(), ""
+        return Beside()
     which = f", {run.run.direction}" if several and run.run.direction else ""
+    size = run.report.size(run.run)[0] if free else 1.0
     compared = {row.quantity: row for row in run.summary.comparison}
     force, strain = compared.get(PEAK), compared.get("fracture_strain_pct")
     end_point = None
     if force and strain:
         numbers = (strain.experiment_mean, strain.experiment_sd, force.experiment_mean, force.experiment_sd)
         x, x_sd, y, y_sd = (math.nan if n is None else n for n in numbers)
-        end_point = EndPoint(x, x_sd, y, y_sd, force.source + which) if math.isfinite(x + y) else None
-    levels = run.report.levels(run.run)
-    reference, problem = run.reference
-    if problem:
-        return Beside(None, "", end_point, levels), problem
-    source = reference.source if reference else ""
-    size, _ = run.report.size(run.run)
-    return _sized(
-        Beside(reference, source + (which if which not in source else ""), end_point, levels), size if free else 1.0
-    ), ""
-
-
-def _sized(beside: Beside, size: float) -> Beside:
-    """Forces [N] of the experiment over the ``size`` [mm] of the specimen that they were scaled to."""
-    curve, end = beside.reference, beside.end_point
-    if curve is not None and curve.y_name == FORCE:
-        curve = replace(curve, mean=curve.mean / size, sd=None if curve.sd is None else curve.sd / size)
-    if end is not None:
-        end = replace(end, force_mean=end.force_mean / size, force_sd=end.force_sd / size)
-    return replace(beside, reference=curve, end_point=end)
-
-
-def _origin(references: Sequence[ReferenceCurve | None]) -> str:
-    """Sentence on the origin of the curves of the experiment."""
-    told = {f"{r.source}: {r.kind}{'; ' + r.note if r.note else ''}" for r in references if r is not None}
-    return f". Beside it: {'. '.join(sorted(told))}" if told else ""
-
-
-def _what(run: LoadedRun) -> str:
-    """Direction and scale, where they are what they should be."""
-    direction = run.summary.direction or run.setting("rig", "direction")
-    scale = run.summary.scale or run.setting("model", "scale")
-    known = [str(part) for part in (direction, scale) if part in ("warp", "weft", "macro", "meso")]
-    return f", {' '.join(known)}" if known else ""
+        end_point = EndPoint(x, x_sd, y / size, y_sd / size, force.source + which) if math.isfinite(x + y) else None
+    reference, source = run.reference[0], ""
+    if reference is not None:
+        source = reference.source + (which if which not in reference.source else "")
+        if reference.y_name == FORCE:
+            sd = None if reference.sd is None else reference.sd / size
+            reference = replace(reference, mean=reference.mean / size, sd=sd)
+    return Beside(reference, source, end_point, run.report.levels(run.run))
 
 
 def _state(run: LoadedRun) -> str:
-    return "" if run.whole else ", not complete"
+    return "" if run.whole else ", incomplete"

@@ -1,4 +1,4 @@
-"""Contents of run folders, read so that a missing, broken or older part costs that part only."""
+"""Reads the files of run folders; a missing, damaged or older part costs only that part."""
 
 import io
 import json
@@ -39,7 +39,7 @@ class Spread(BaseModel):
 
 
 class ComparedRow(BaseModel):
-    """A result against a published number."""
+    """A result compared with a published value."""
 
     quantity: str
     simulated: Number = None
@@ -57,7 +57,7 @@ class ComparedRow(BaseModel):
 
 
 class LooserLimit(BaseModel):
-    """A limit looser than the preset's."""
+    """A limit relaxed against the preset."""
 
     name: str
     value: Number = None
@@ -67,7 +67,7 @@ class LooserLimit(BaseModel):
 
 
 class Unjudged(BaseModel):
-    """Peaks that the gates do not reach."""
+    """Peaks after the first failure, where the quality checks end."""
 
     specimens: int
     first_failure_pct: list[float]
@@ -96,12 +96,12 @@ class Summary(BaseModel):
     unjudged: Unjudged | None = None
 
     def plain(self) -> Written:
-        """Plain data, as the run wrote them where they are whole."""
+        """The same as plain data, as the run writes it."""
         return cast("Written", self.model_dump())
 
 
 class Manifest(BaseModel):
-    """manifest.json; empty where a field is not there."""
+    """manifest.json; a missing field is empty."""
 
     status: str = ""
     version: str = ""
@@ -118,6 +118,12 @@ class Manifest(BaseModel):
     message: str = ""
     resumed: list[dict[str, object]] = []
 
+    def facts(self) -> dict[str, str]:
+        """Versions, processor and data of the run by label, where they are stated."""
+        facts = {"knittest": self.version, "commit": self.git_commit, "processor": self.cpu, "threads": self.threads}
+        facts |= {f"{name}, SHA-256": digest for name, digest in self.data_sha256.items()} | self.libraries
+        return {name: str(value) for name, value in facts.items() if value not in (None, "")}
+
 
 class Comparison(BaseModel):
     """comparison.json: metrics against each reference curve."""
@@ -129,19 +135,19 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 class Reader:
-    """Reads the files of ``folder`` and collects in ``problems`` what could not be read."""
+    """Reads the files of ``folder`` and collects its ``problems``."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.problems: list[str] = []
 
     def complain(self, problem: object) -> None:
-        """Note a problem, without the folder's own path."""
+        """Note a problem, without the path of the folder."""
         text = "; ".join(str(problem).replace(f"{self.folder}/", "").splitlines())
         self.problems.append(text if len(text) <= SHOWN else text[:SHOWN] + " ...")
 
     def raw(self, name: str, limit: int) -> bytes | None:
-        """Bytes of a file, ``None`` (and a problem) if there is none to be read."""
+        """Bytes of a file; ``None`` and a problem if it cannot be read."""
         try:
             return read_regular(self.folder / name, limit, "a run writes less")
         except InputError as error:
@@ -149,7 +155,7 @@ class Reader:
             return None
 
     def model(self, name: str, model: type[Model]) -> Model:
-        """A JSON file as ``model``; fields that do not fit keep their default."""
+        """Contents of a JSON file as ``model``; invalid fields have their default."""
         raw = self.raw(name, MAX_JSON)
         if raw is None:
             return model()
@@ -160,7 +166,14 @@ class Reader:
         except (ValueError, RecursionError) as error:
             self.complain(f"{name}: cannot be read: {error}")
             return model()
-        return self._fitted(name, model, dict(data))
+        try:
+            return model.model_validate(data)
+        except ValidationError as error:
+            for finding in error.errors():
+                where = ".".join(str(part) for part in finding["loc"])
+                self.complain(f"{name}: {where}: {finding['msg']}")
+            bad = {finding["loc"][0] for finding in error.errors()}
+            return model.model_validate({key: value for key, value in data.items() if key not in bad})
 
     def table(self, name: str) -> Columns:
         """Numeric columns of a CSV file, empty if it cannot be read."""
@@ -171,7 +184,7 @@ class Reader:
             return {}
         numbers = table.apply(pd.to_numeric, errors="coerce").dropna(axis="columns", how="all")
         if numbers.empty:
-            self.complain(f"{name}: holds no numbers")
+            self.complain(f"{name}: has no numbers")
         return {str(column): numbers[column].to_numpy(float) for column in numbers}
 
     def frame(self, name: str) -> "DataFrame | None":
@@ -187,20 +200,11 @@ class Reader:
             self.complain(f"{name}: cannot be read: {error}")
             return None
 
-    def _fitted(self, name: str, model: type[Model], data: Mapping[str, object]) -> Model:
-        try:
-            return model.model_validate(data)
-        except ValidationError as error:
-            for finding in error.errors():
-                where = ".".join(str(part) for part in finding["loc"])
-                self.complain(f"{name}: {where}: {finding['msg']}")
-            bad = {finding["loc"][0] for finding in error.errors()}
-            return model.model_validate({key: value for key, value in data.items() if key not in bad})
-
 
 def write_workbook(folder: Path, target: Path) -> list[str]:
-    """Write the tables in ``folder``, and in the folders in it, to a workbook: a sheet each, and one of the results of
-    runs; returns their names. Raises :class:`InputError` without a table or without openpyxl.
+    """Write the tables in ``folder`` and its folders to a workbook, a sheet each, with a sheet of all results.
+
+    Returns the names of the sheets. Raises :class:`InputError` without a table or without openpyxl.
     """
     try:
         import openpyxl  # noqa: F401
@@ -221,7 +225,7 @@ def write_workbook(folder: Path, target: Path) -> list[str]:
         except ValueError as error:
             raise InputError(f"{path}: not a table: {error}") from None
     if not sheets:
-        raise InputError(f"{folder}: holds no table (CSV)")
+        raise InputError(f"{folder}: has no table (CSV)")
     with replacing(target) as temporary, pd.ExcelWriter(temporary, engine="openpyxl") as writer:
         for name, (head, table) in sheets.items():
             table.to_excel(writer, sheet_name=name, index=False, startrow=len(head))
@@ -231,14 +235,13 @@ def write_workbook(folder: Path, target: Path) -> list[str]:
 
 
 def _sheet_name(text: str, others: Iterable[str]) -> str:
-    """``text`` as a name that a sheet may have beside ``others``, which do not differ in capitals alone."""
+    """``text`` as a valid name of a sheet that differs from ``others``, whatever the capitals."""
     text, known = re.sub(r"[\[\]:*?/\\]", "_", text), {other.lower() for other in others}
     names = (text[-SHEET:], *(f"{text[: SHEET - 5]} {k}" for k in range(2, len(known) + 3)))
     return next(name for name in names if name.lower() not in known)
 
 
 def _results(folder: Path) -> Iterator[dict[str, object]]:
-    """A row for each result of the run in ``folder``, or of the runs in it."""
     for path in (*folder.glob("summary.json"), *sorted(folder.glob("*/summary.json"))):
         summary = Reader(path.parent).model(path.name, Summary)
         for row in result_rows(summary.plain(), refused=bool(summary.refused)):

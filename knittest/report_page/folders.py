@@ -1,5 +1,6 @@
-"""Finds the run folders that a user means: run folders themselves, or folders that hold some."""
+"""Finds run folders, and folders with run folders in them."""
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,45 +16,46 @@ from knittest.report_page.files import Manifest, Reader, Summary
 
 #: a folder with one of these is a run folder
 MARKS = ("manifest.json", "summary.json")
-#: how deep below a named folder runs are looked for: a sweep, its trials, their directions
+#: depth of the search for runs below a named folder: a sweep, its trials, their directions
 DEPTH = 3
 #: runs on one page
 MOST = 24
-#: what tells the folder of a study of many runs, such as a sweep
+#: files of the folder of a study of many runs, such as a sweep
 LEDGERS = "ledger*.jsonl"
 #: characters of a message in a list
 SHORT = 60
 STUDY, RUNNING = "study", "running"
+#: message of a run that fails a quality check; earlier versions wrote "comparison refused"
+NOT_COMPARED = "not compared with the experiment"
 HEADER = ("run", "test", "fabric", "scale", "result", "MB", "passed", "date")
 
 
 @dataclass(frozen=True)
 class Found:
-    """A run folder; ``named`` by the user, or found in a folder that was."""
+    """A run folder, ``named`` by the user or found in a named folder."""
 
     path: Path
     named: bool
 
 
 def command_folder(run: Path) -> Path:
-    """Folder of the command that ``run`` is one of several runs of, else ``run`` itself."""
+    """Folder of a command with several runs, of which ``run`` is one; else ``run`` itself."""
     return run.parent if (run.parent / f"config-{run.name}.yaml").is_file() else run
 
 
 def find_runs(paths: list[Path]) -> tuple[list[Found], list[str]]:
-    """Run folders in the order given, each once, and notes on runs that were planned but have no folder.
+    """Run folders in the given order, each once, and notes on planned runs without a folder.
 
-    What lies in a run folder means that run, and a file beside runs that are named nothing, as a pattern of the shell
-    names them too. Raises :class:`InputError` for any other path that is none and holds none, and for more than
-    :data:`MOST` runs.
+    A path inside a run folder means that run. A file next to other named runs is ignored, since a pattern of the shell
+    names it too. Raises :class:`InputError` for any other path without runs, and for more than :data:`MOST` runs.
     """
     found: dict[Path, Found] = {}
     notes: list[str] = []
-    whole = list(dict.fromkeys(_whole(path) for path in paths))
-    for path in whole:
+    runs_or_files = list(dict.fromkeys(p if _is_run(p) else next(filter(_is_run, p.parents), p) for p in paths))
+    for path in runs_or_files:
         if not path.exists():
             raise InputError(f"{path}: no such folder")
-        if path.is_file() and any(one.is_dir() and one.resolve().parent == path.resolve().parent for one in whole):
+        if path.is_file() and any(p.is_dir() and p.resolve().parent == path.resolve().parent for p in runs_or_files):
             continue
         if not path.is_dir():
             raise InputError(f"{path}: is a file, expected a run folder{_of_curves(path)}")
@@ -62,46 +64,41 @@ def find_runs(paths: list[Path]) -> tuple[list[Found], list[str]]:
             raise InputError(f"{path}: not a run folder (it has no manifest.json), and holds none{_of_curves(path)}")
         for run in runs:
             found.setdefault(run.resolve(), Found(run, named=run == path))
-        notes += _not_started(path)
+        planned = [plan.stem.removeprefix("config-") for plan in sorted(path.glob("config-*.yaml"))]
+        notes += [f"{path.name}: {name} is planned but has no run yet" for name in planned if not _is_run(path / name)]
     if len(found) > MOST:
         raise InputError(f"{len(found)} runs: expected at most {MOST} on a page; name fewer of them")
     return list(found.values()), notes
 
 
-def _whole(path: Path) -> Path:
-    """The run folder that ``path`` lies in, else ``path``."""
-    inside = (parent for parent in path.parents if any((parent / mark).is_file() for mark in MARKS))
-    return path if _below(path, 0) else next(inside, path)
+def _is_run(path: Path) -> bool:
+    return any((path / mark).is_file() for mark in MARKS)
 
 
 def _of_curves(path: Path) -> str:
-    """Hint on where curves belong, if there are any in ``path``."""
+    """Hint on the comparison with measured curves, if ``path`` is or has some."""
     curves = path.suffix == ".csv" or (path.is_dir() and any(path.glob("*.csv")))
-    return "; measured curves go beside a run with knittest compare RUN --against FILE" if curves else ""
+    return "; to compare a run with measured curves: knittest compare RUN --against FILE" if curves else ""
 
 
 def _below(folder: Path, depth: int) -> list[Path]:
-    """``folder`` if it is a run folder, else those in it."""
-    if any((folder / mark).is_file() for mark in MARKS):
-        return [folder]
-    if depth == 0:
-        return []
+    """``folder`` if it is a run folder, else the run folders in it."""
+    if depth == 0 or _is_run(folder):
+        return [folder] if _is_run(folder) else []
+    return [run for path in _inner(folder) for run in _below(path, depth - 1)]
+
+
+def _inner(folder: Path) -> list[Path]:
+    """Visible folders in ``folder``, without links; raises :class:`InputError`."""
     try:
-        inner = sorted(p for p in folder.iterdir() if p.is_dir() and not p.is_symlink() and not p.name.startswith("."))
+        return sorted(p for p in folder.iterdir() if p.is_dir() and not p.is_symlink() and not p.name.startswith("."))
     except OSError as error:
         raise InputError(f"{folder}: cannot be read: {error.strerror}") from None
-    return [run for path in inner for run in _below(path, depth - 1)]
-
-
-def _not_started(parent: Path) -> list[str]:
-    """Directions that ``config-DIRECTION.yaml`` of a folder of both plans, without a folder yet."""
-    planned = [plan.stem.removeprefix("config-") for plan in sorted(parent.glob("config-*.yaml"))]
-    return [f"{parent.name}: {name} was planned but has no run yet" for name in planned if not _below(parent / name, 0)]
 
 
 @dataclass(frozen=True)
 class Listed:
-    """A run folder in a list, or the folder of a study with all its runs; ``bytes`` is its size on the disk."""
+    """A run folder, or the folder of a study, in a list; ``bytes`` is its size on the disk."""
 
     path: Path
     test: str
@@ -119,17 +116,17 @@ class Listed:
         return self.test != STUDY and self.passed != RUNNING
 
     def row(self, folder: Path) -> tuple[str, ...]:
-        """Cells in the order of :data:`HEADER`, the path as seen from ``folder``."""
+        """Cells in the order of :data:`HEADER`, the path relative to ``folder``."""
         name = str(self.path.relative_to(folder) if self.path.is_relative_to(folder) else self.path)
         size, date = f"{self.bytes / 1e6:.1f}", self.date.strftime("%Y-%m-%d %H:%M")
         return name, self.test, self.fabric, self.scale, self.result, size, self.passed, date
 
 
 def list_runs(paths: Sequence[Path]) -> list[Listed]:
-    """Run folders, and folders of studies, in ``paths``, the oldest first; raises :class:`InputError` without any."""
+    """Run folders and folders of studies in ``paths``, the oldest first; raises :class:`InputError` without any."""
     found: dict[Path, Path] = {}
     for path in paths:
-        if not path.is_dir() or (path.is_symlink() and any((path / mark).is_file() for mark in MARKS)):
+        if not path.is_dir() or (path.is_symlink() and _is_run(path)):
             raise InputError(f"{path}: {'is a link' if path.is_symlink() else 'no such folder'}")
         below = _listed_below(path, DEPTH)
         if not below and len(paths) > 1:
@@ -142,14 +139,13 @@ def list_runs(paths: Sequence[Path]) -> list[Listed]:
 def _listed_below(folder: Path, depth: int) -> list[Path]:
     if _is_study(folder):
         return [folder]
-    if depth == 0 or any((folder / mark).is_file() for mark in MARKS):
+    if depth == 0 or _is_run(folder):
         return _below(folder, 0)
-    inner = sorted(p for p in folder.iterdir() if p.is_dir() and not p.is_symlink() and not p.name.startswith("."))
-    return [one for path in inner for one in _listed_below(path, depth - 1)]
+    return [one for path in _inner(folder) for one in _listed_below(path, depth - 1)]
 
 
 def _is_study(folder: Path) -> bool:
-    return any(folder.glob(LEDGERS)) and not any((folder / mark).is_file() for mark in MARKS)
+    return any(folder.glob(LEDGERS)) and not _is_run(folder)
 
 
 def _listed(path: Path) -> Listed:
@@ -172,7 +168,6 @@ def _listed(path: Path) -> Listed:
 
 
 def _planned(path: Path) -> Iterator[str]:
-    """Test, fabric and scale that config.yaml states."""
     fields: dict[str, object] = {}
     with suppress(OSError, InputError, UnicodeDecodeError):
         fields = parse_document((path / "config.yaml").read_text(encoding="utf-8"), "config.yaml").data
@@ -182,11 +177,11 @@ def _planned(path: Path) -> Iterator[str]:
 
 
 def _passed(path: Path, manifest: Manifest) -> str:
-    """Say whether the run passed its quality checks, or how it ended."""
+    """``yes`` if the run passed its quality checks, else why not, or how it ended."""
     if manifest.status == "running":
         return RUNNING if is_locked(path) else "killed"
     if manifest.status == "completed" and manifest.exit_code == 0:
         return "yes"
     how = "no" if manifest.status == "completed" else manifest.status or "unknown"
-    why = manifest.message.removeprefix("comparison refused: ").partition("; ")[0]
+    why = re.sub(rf"^({NOT_COMPARED}|comparison refused): ", "", manifest.message).partition("; ")[0]
     return f"{how}: {why if len(why) <= SHORT else why[:SHORT] + ' ...'}" if why else how

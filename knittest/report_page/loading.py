@@ -1,4 +1,4 @@
-"""A run folder as the sections of a page read it."""
+"""Loads a run folder for the sections of a report."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -18,10 +18,10 @@ MAX_CONFIG = 1_000_000
 
 @dataclass(frozen=True)
 class LoadedRun:
-    """All that a run folder holds; what could not be read is empty and named in ``problems``.
+    """Contents of a run folder; unreadable parts are empty and named in ``problems``.
 
-    ``config`` is config.yaml as written, ``run`` the same validated (``None`` for one of another schema).
-    ``whole`` is False for the tables of a run that did not complete.
+    ``config`` is config.yaml as written, ``run`` the validated config (``None`` for one of another version). ``whole``
+    is False for the tables of an incomplete run.
     """
 
     path: Path
@@ -40,17 +40,17 @@ class LoadedRun:
 
     @property
     def rig(self) -> str:
-        """Kind of the test, empty if nothing tells."""
+        """Name of the test, empty if unknown."""
         return self.run.rig.kind if self.run else self.summary.rig or str(self.setting("rig", "kind") or "")
 
     @property
     def report(self) -> Report | None:
-        """Report of its test; ``None`` for an unknown one."""
+        """Report of its test; ``None`` for an unknown test."""
         return REPORTS.get(self.rig)
 
     @cached_property
     def reference(self) -> tuple[ReferenceCurve | None, str]:
-        """The curve of the experiment that its test shows beside it, and why it is missing if it cannot be read."""
+        """Reference curve of the experiment, and the problem if it cannot be read."""
         if self.run is None or self.report is None:
             return None, ""
         try:
@@ -59,7 +59,7 @@ class LoadedRun:
             return None, str(error)
 
     def setting(self, *path: str) -> Any:
-        """Setting of config.yaml at ``path``, ``None`` if nothing."""
+        """Setting of config.yaml at ``path``, ``None`` without one."""
         found: Any = self.config
         for part in path:
             found = found.get(part) if isinstance(found, dict) else None
@@ -75,35 +75,27 @@ class LoadedRun:
 
 
 def load_run(path: Path, number: int = 1) -> LoadedRun:
-    """Read the run folder ``path``; raises :class:`InputError` when nothing in it is knittest's."""
+    """Read the run folder ``path``; raises :class:`InputError` for any other folder."""
     reader = Reader(path)
     manifest = reader.model("manifest.json", Manifest)
-    summary = Summary() if _swept(path, manifest) else reader.model("summary.json", Summary)
-    comparison = Comparison() if _swept(path, manifest) else reader.model("comparison.json", Comparison)
+    # an incomplete run has neither
+    missing = manifest.status not in ("", "completed") and not (path / "summary.json").exists()
+    summary = Summary() if missing else reader.model("summary.json", Summary)
+    comparison = Comparison() if missing else reader.model("comparison.json", Comparison)
     text, config, run = _config(reader)
     if not (manifest.status or summary.rig or "rig" in config):
         raise InputError(f"{path}: not a run folder of knittest: {'; '.join(reader.problems) or 'no status, no rig'}")
     curve, whole = _table(reader, "curve")
     energies, _ = _table(reader, "energies")
+    place = path.resolve()
+    name = f"{place.parent.name}/{place.name}" if place.name in ("warp", "weft") else place.name
     return LoadedRun(
-        path, _name(path), manifest, summary, comparison, config, text, run, curve, energies, whole,
+        path, name, manifest, summary, comparison, config, text, run, curve, energies, whole,
         tuple(reader.problems), number,
     )  # fmt: skip
 
 
-def _swept(path: Path, manifest: Manifest) -> bool:
-    """Tell whether a run that did not complete lacks its results as it should."""
-    return manifest.status not in ("", "completed") and not (path / "summary.json").exists()
-
-
-def _name(path: Path) -> str:
-    """Name of the folder, with that of the folder of both directions in front."""
-    place = path.resolve()
-    return f"{place.parent.name}/{place.name}" if place.name in ("warp", "weft") else place.name
-
-
 def _config(reader: Reader) -> tuple[str, dict[str, Any], Run | None]:
-    """Text, fields and validated run of config.yaml."""
     raw = reader.raw("config.yaml", MAX_CONFIG)
     if raw is None:
         return "", {}, None
@@ -121,7 +113,7 @@ def _config(reader: Reader) -> tuple[str, dict[str, Any], Run | None]:
 
 
 def _table(reader: Reader, name: str) -> tuple[Columns, bool]:
-    """A table of the run, or what one that did not complete left of it; False says that it is not whole."""
+    """A table of the run, and False for the partial table of an incomplete run."""
     part = f"{name}.incomplete.csv"
     if (reader.folder / part).exists() and not (reader.folder / f"{name}.csv").exists():
         return reader.table(part), False

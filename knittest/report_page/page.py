@@ -1,10 +1,9 @@
-"""Pages put together and written: one run, several runs, sections of another command, and the recipe to repeat a
-run.
-"""
+"""Writes the reports of one run and of several runs."""
 
 import json
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,10 +11,9 @@ from knittest import __version__
 from knittest.base.errors import InputError
 from knittest.base.figure import Printing, printed
 from knittest.base.files import write_atomic
-from knittest.config.run import Run
 from knittest.config.sources import numbers_of
 from knittest.export.identity import data_files, sha256_files, sha256_text
-from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text
+from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, parts, without_forbidden
 from knittest.report_page.comparison import by_test, differences, overview, print_pictures, shown_abreast, side_by_side
 from knittest.report_page.curves import curve
 from knittest.report_page.folders import command_folder, find_runs
@@ -28,95 +26,75 @@ from knittest.report_page.studies import studies
 
 
 def repeat(run: LoadedRun) -> Section:
-    """Commands and the resolved config, provenance, and whether the files still are what the run read."""
+    """Section with the command, the resolved config, the provenance, and files that changed since the run."""
     blocks: list[Block] = []
     if run.config_text and run.run is not None:
         threads = f" --threads {run.manifest.threads}" if run.manifest.threads else ""
         version = f" of knittest {run.manifest.version}" if run.manifest.version else ""
-        caption = f"Command{version}; config.yaml is the one below"
+        caption = f"Command{version}, with the config.yaml below"
         blocks.append(Code(f"knittest {run.rig} --config config.yaml{threads}", caption))
     if run.config_text:
         uri = data_uri(run.config_text.encode("utf-8"), "text/yaml;charset=utf-8")
         blocks.append(Code(run.config_text, "The resolved config", ("config.yaml", uri)))
-    rows = _provenance(run)
-    if rows:
-        blocks.append(Table("Provenance", (), rows))
-    blocks += [Text(text, "warn") for text in _changed(run)]
-    for note in run.manifest.resumed:
-        forced = note.get("forced")
-        by_force = f"; by force, although {'; '.join(map(str, forced))}" if isinstance(forced, list) else ""
-        text = f"Resumed on {note.get('time')} at {note.get('at_ms')} ms{by_force}."
-        blocks.append(Text(text, "warn" if forced else ""))
-    return Section(f"run-{run.number}-repeat", "How to repeat it", blocks or [Text("Nothing is known of it.", "warn")])
-
-
-def _provenance(run: LoadedRun) -> list[tuple[Cell, ...]]:
     manifest = run.manifest
-    facts = {
+    facts: dict[str, object] = {
         "run folder": run.path,
         "status": f"{manifest.status}, exit code {manifest.exit_code}" if manifest.status else None,
         "started": manifest.started,
         "ended": manifest.ended,
-        "knittest": manifest.version,
-        "commit": manifest.git_commit,
         "seed": manifest.seed,
-        "processor": manifest.cpu,
-        "threads": manifest.threads,
         "config.yaml, SHA-256": manifest.config_sha256,
-        **{f"{name}, SHA-256": digest for name, digest in manifest.data_sha256.items()},
-        **manifest.libraries,
     }
-    return [(Cell(name), Cell(str(value))) for name, value in facts.items() if value not in (None, "")]
-
-
-def _changed(run: LoadedRun) -> list[str]:
-    """Inputs that are no longer as the run read them."""
-    found, manifest = [], run.manifest
+    blocks.append(_facts_table("Provenance", facts | manifest.facts()))
     known = {manifest.config_sha256, *(str(note.get("config_sha256")) for note in manifest.resumed)}
     if manifest.config_sha256 and run.config_text and sha256_text(run.config_text) not in known:
-        found.append("config.yaml was changed after the run: it does not match the hash in manifest.json.")
-    now = _data_hashes(run.run) if run.run else {}
+        changed = "config.yaml was changed after the run: it does not match the hash in manifest.json."
+        blocks.append(Text(changed, "warn"))
+    now: dict[str, str] = {}
+    with suppress(InputError):
+        now = sha256_files(data_files(run.run)) if run.run else {}
     for name, digest in manifest.data_sha256.items():
-        if name in now and now[name] != digest:
-            found.append(f"{name} was changed after the run: curves to compare with may not be those the run used.")
-    return found
+        if now.get(name, digest) != digest:
+            changed = f"{name} was changed after the run: the references may differ from those of the run."
+            blocks.append(Text(changed, "warn"))
+    for note in run.manifest.resumed:
+        forced = note.get("forced")
+        by_force = f", with --force although {'; '.join(map(str, forced))}" if isinstance(forced, list) else ""
+        text = f"Resumed on {note.get('time')} at {note.get('at_ms')} ms{by_force}."
+        blocks.append(Text(text, "warn" if forced else ""))
+    return Section(f"run-{run.number}-repeat", "How to repeat the run", blocks)
 
 
-def _data_hashes(run: Run) -> dict[str, str]:
-    """Hashes of the files that the run would read now."""
-    try:
-        return sha256_files(data_files(run))
-    except InputError:
-        return {}
+def _facts_table(caption: str, facts: Mapping[str, object]) -> Table:
+    rows = [(Cell(name), Cell(str(value))) for name, value in facts.items() if value not in (None, "")]
+    return Table(caption, (), rows)
 
 
-#: name of the page in the folder it is about
+#: name of the report in a run folder
 FILE = "report.html"
-#: moving view in a run's folder, if somebody asked for it
+#: name of the interactive view in a run folder
 VIEW = "view.html"
-#: stands at the top of every page, so that only pages are written over
+#: mark of every page; only files with it are overwritten
 GENERATOR = "knittest report"
 
 
 def write_report(folder: Path) -> Path:
-    """Write the page of the run folder ``folder`` into it; raises :class:`InputError`, :class:`ResourceError`."""
+    """Write the report of the run folder ``folder``; raises :class:`InputError`, :class:`ResourceError`."""
     return write_page(folder / FILE, run_page(load_run(folder), folder))
 
 
 def refresh_report(folder: Path) -> None:
-    """Write the page of the run folder ``folder`` again where it has one, as when a moving view has come to it."""
+    """Write the report of the run folder ``folder`` again if it has one, for instance to link a new view."""
     if _is_page(folder / FILE):
         write_if_possible(folder, write_report)
 
 
 def write_reports(paths: list[Path], out: Path | None, printing: Printing | None = None) -> tuple[Path, int]:
-    """Write one page on all runs in ``paths``; returns it and the number of runs.
+    """Write one page on all runs in ``paths``; returns its path and the number of runs.
 
-    ``printing`` has their curves and fields written beside the page as well, in the formats that it states.
-
-    Without ``out`` the page of one path lies in its folder, that of several in the working folder. Raises
-    :class:`InputError` for a path without runs and for an ``out`` that is something else than a page,
-    :class:`ResourceError` when it cannot be written.
+    By default the page of one path lies in its folder, the page of several paths in the working folder. With
+    ``printing``, curves and fields are written next to the page in its formats. Raises :class:`InputError` for a path
+    without runs and an ``out`` that is not a page, :class:`ResourceError` when the page cannot be written.
     """
     found, notes = find_runs(paths)
     runs: list[LoadedRun] = []
@@ -131,7 +109,7 @@ def write_reports(paths: list[Path], out: Path | None, printing: Printing | None
         raise InputError("; ".join(notes))
     target = target_file(paths, out)
     alone = len(runs) == 1 and not notes
-    write_page(target, run_page(runs[0], target.parent) if alone else comparison_page(runs, notes))
+    write_page(target, run_page(runs[0], target.parent) if alone else _comparison(runs, notes))
     if printing is not None:
         with printed(printing):
             print_pictures(runs, target)
@@ -139,37 +117,26 @@ def write_reports(paths: list[Path], out: Path | None, printing: Printing | None
 
 
 def run_page(run: LoadedRun, place: Path) -> Page:
-    """The page of one run, which is to lie in ``place``."""
+    """Page of one run, to be written into ``place``."""
     first, *rest = run_sections(run)
     fabric = str(run.setting("fabric", "title") or "")
-    blocks = [*first.blocks, *_moving(run, place)]
-    return Page(run.title, fabric, [Section("summary", "Run", blocks, 2), *(_raised(s) for s in rest)])
+    blocks = list(first.blocks)
+    if place.resolve() == Path(run.path).resolve() and (place / VIEW).is_file():
+        blocks.append(Table("Rotate and play", (), [(Cell("interactive view"), Cell(VIEW, href=VIEW))]))
+    return Page(run.title, fabric, [Section("summary", "Run", blocks, 2), *(replace(s, level=2) for s in rest)])
 
 
-def _moving(run: LoadedRun, place: Path) -> list[Block]:
-    """Link to the moving view, where it lies beside the page."""
-    if place.resolve() != Path(run.path).resolve() or not (place / VIEW).is_file():
-        return []
-    return [Table("To turn and play", (), [(Cell("moving view"), Cell(VIEW, href=VIEW))])]
-
-
-def comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
-    """The page of several runs: what they have together, then each of them."""
+def _comparison(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
+    """Page of several runs: overview and comparison, then each run."""
     sections = [overview(runs, notes), side_by_side(runs), differences(runs)]
-    above: dict[int, frozenset[str]] = {}
-    for _, group in by_test(runs):
-        for run in group:
-            above[run.number] = shown_abreast(group)
+    above = {run.number: shown_abreast(group) for _, group in by_test(runs) for run in group}
     for run in runs:
         sections += run_sections(run, above[run.number])
     return Page(f"Comparison of {len(runs)} runs", "", sections)
 
 
 def run_sections(run: LoadedRun, above: frozenset[str] = frozenset()) -> list[Section]:
-    """All sections on one run, without the pictures shown ``above``; the first stands over the others.
-
-    The answer comes first: how the run ended, its results, curve and pictures. What they rest on is folded.
-    """
+    """All sections on one run, without the pictures shown ``above``; checks, studies, parameters, provenance folded."""
     shown_curve, complete = curve(run)
     head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", ending(run), level=2)
     described = parameters(run)
@@ -179,10 +146,8 @@ def run_sections(run: LoadedRun, above: frozenset[str] = frozenset()) -> list[Se
 
 
 def render(page: Page) -> str:
-    """HTML of ``page``; everything in it is escaped."""
+    """HTML of ``page``; all texts are escaped."""
     from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    from knittest.report_page.blocks import parts, without_forbidden
 
     loader = PackageLoader("knittest.report_page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
@@ -191,7 +156,7 @@ def render(page: Page) -> str:
     return without_forbidden(html)
 
 
-def _facts(run: LoadedRun) -> Block:
+def _facts(run: LoadedRun) -> Table:
     variability = run.setting("variability", "specimens")
     facts = {
         "fabric": run.setting("fabric", "title") or run.setting("fabric", "name") or run.summary.variant,
@@ -204,21 +169,16 @@ def _facts(run: LoadedRun) -> Block:
         "status": run.manifest.status,
         "run folder": run.name,
     }
-    rows = [(Cell(name), Cell(str(value))) for name, value in facts.items() if value not in (None, "")]
-    return Table("The run", (), rows)
-
-
-def _raised(section: Section) -> Section:
-    return replace(section, level=2)
+    return _facts_table("Run", facts)
 
 
 def target_file(paths: list[Path], out: Path | None) -> Path:
-    """Path of the page on ``paths``; raises :class:`InputError` for a file that is there and not a page."""
+    """Path of the page on ``paths``; raises :class:`InputError` for an existing file that is not a page."""
     target = out if out is not None else paths[0] / FILE if len(paths) == 1 else Path(f"knittest-{FILE}")
     if target.is_dir():
         raise InputError(f"--out {target}: is a folder, expected a file such as {target / FILE}")
     if target.exists() and not _is_page(target):
-        raise InputError(f"{target}: is there and not a page of knittest report; choose another file with --out")
+        raise InputError(f"{target}: exists and is not a page of knittest report; choose another file with --out")
     if not target.parent.is_dir():
         raise InputError(f"--out {target}: its folder {target.parent} does not exist")
     return target
@@ -233,7 +193,7 @@ def _is_page(path: Path) -> bool:
 
 
 def page_of(run: Path) -> Path | None:
-    """The page on the run folder ``run``: that on all runs of its command, else its own; None without one."""
+    """Page on the run folder ``run``: that of all runs of its command, else its own; None without a page."""
     pages = (command_folder(run) / FILE, run / FILE)
     return next((page for page in pages if page.is_file()), None)
 
@@ -245,7 +205,7 @@ def write_page(path: Path, page: Page) -> Path:
 
 
 def write_if_possible(folder: Path, write: Callable[[Path], object]) -> None:
-    """``write`` the page of ``folder``, which is complete without it: a problem is only said, on standard error."""
+    """``write`` the page of ``folder``; a problem is only printed on standard error, since the run is complete."""
     try:
         write(folder)
     except Exception as error:

@@ -1,4 +1,4 @@
-"""Pictures of a run folder and fields of several runs, carried inside the page, recoded so that it stays light."""
+"""Pictures of a run folder and fields of several runs, embedded in the page and compressed."""
 
 import base64
 import io
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 MAX_BYTES = 40_000_000
 MOST = 20
-#: pixels across that a page shows at most
+#: largest width of a picture on a page [pixel]
 WIDEST = 1600
-#: bytes of a PNG file a pixel above which it is no drawing of lines and plain faces, and how well it is kept [of 100]
+#: bytes per pixel above which a PNG file is a shaded picture, and the WebP quality of those (of 100)
 SHADED, KEPT = 0.15, 88
-#: pixels up to which a picture is not widened to that of the page
+#: width up to which a picture keeps its size [pixel]
 NARROW = 700
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CAPTIONS = {
@@ -35,39 +35,32 @@ CAPTIONS = {
     "zones.png": "Shear angle in the zones of the strip",
     "draw-in.png": "Draw-in of the edge of the blank",
     "yarn-forces.png": "Largest tension of every yarn over its strength",
-    "stamp-work.png": "What the work of the stamp went into, mechanism by mechanism",
+    "stamp-work.png": "Work of the stamp by mechanism",
     "pressure.png": "Contact pressure of the plates",
-    "energies.png": "Energies and their ratios over time; what is shaded is not judged",
-    "compare.png": "The curve beside one that it was compared with later",
-    "curve.png": "The curve as the run drew it, with every specimen and every curve it was compared with",
+    "energies.png": "Energies and their ratios over time; not checked in the shaded range",
+    "compare.png": "Curve with a reference added after the run",
+    "curve.png": "Curve with all specimens and all references",
 }
 
 
 def pictures(run: LoadedRun, curve_complete: bool, above: frozenset[str]) -> Section:
-    """All PNG files of the folder but those ``above``, which are named; curve.png only where the page's own chart is
-    not ``curve_complete``.
-    """
+    """Section with the PNG files of the folder, except those shown ``above``, and curve.png if it adds nothing."""
     blocks: list[Block] = []
     names = sorted((p.name for p in run.path.glob("*.png")), key=lambda n: (n not in CAPTIONS, n))
-    if curve_complete:
-        names = [name for name in names if name != "curve.png"]
-    beside = [name for name in names if name in above]
+    names = [name for name in names if not (curve_complete and name == "curve.png")]
+    shown = [name for name in names if name in above]
     names = [name for name in names if name not in above]
-    blocks += [Text(f"Beside those of the other runs, above: {', '.join(beside)}.")] if beside else []
-    blocks += [picture(run.path / name, _caption(name)) for name in names[:MOST]]
+    blocks += [Text(f"Shown above with the other runs: {', '.join(shown)}.")] if shown else []
+    for name in names[:MOST]:
+        early = ", when the run ended early" if ".incomplete." in name else ""
+        blocks.append(picture(run.path / name, CAPTIONS.get(name.replace(".incomplete.", "."), name) + early))
     if len(names) > MOST:
-        blocks.append(Text(f"{len(names) - MOST} more pictures lie in the run folder."))
-    return Section(f"run-{run.number}-pictures", "Pictures", blocks or [Text("This run left no pictures.")])
-
-
-def _caption(name: str) -> str:
-    """Caption of the picture ``name``, which says whether the run ended early."""
-    caption = CAPTIONS.get(name.replace(".incomplete.", "."), name)
-    return f"{caption}, when the run ended early" if ".incomplete." in name else caption
+        blocks.append(Text(f"The run folder has {len(names) - MOST} more pictures."))
+    return Section(f"run-{run.number}-pictures", "Pictures", blocks or [Text("This run has no pictures.")])
 
 
 def picture(path: Path, caption: str) -> Block:
-    """The PNG file ``path`` as the page carries it, or a notice why it cannot be shown."""
+    """The PNG file ``path`` as a picture, or a notice why it cannot be shown."""
     try:
         raw = read_regular(path, MAX_BYTES, "too large for a page")
     except InputError as error:
@@ -83,7 +76,7 @@ def picture(path: Path, caption: str) -> Block:
 
 
 def light(png: bytes) -> str:
-    """The ``png`` file as a WebP URI: drawings without loss, shaded yarns and fields with one that is not seen."""
+    """The ``png`` file as a WebP URI: drawings without loss, shaded pictures with a small one."""
     from PIL import Image
 
     with Image.open(io.BytesIO(png)) as opened:
@@ -98,43 +91,33 @@ def light(png: bytes) -> str:
 
 
 def data_uri(raw: bytes, media_type: str) -> str:
-    """``raw`` as a URI that needs no file."""
+    """``raw`` as a data URI."""
     return f"data:{media_type};base64,{base64.b64encode(raw).decode('ascii')}"
 
 
-#: table of a run, and what it has at each place
+#: table of the shear angles of a run, and its columns
 FILE, COLUMNS = "shear-field.csv", ("x_mm", "y_mm", "shear_angle_deg")
 LABEL, TITLE = "shear angle [deg]", "Shear angle of the material at the end, in plan"
-#: runs in a row, and bytes of a table that is read
+#: most runs in a row, and largest table [byte]
 MOST_FIELDS, MAX_FIELD_BYTES = 4, 30_000_000
 
 
 def fields(runs: Sequence[LoadedRun]) -> list[Block]:
-    """The shear angles of ``runs`` of one test in plan, on one scale, where two or more left them."""
-    found, problems = _read(runs)
+    """Picture of the shear angles of ``runs`` of one test in plan, where two or more have them."""
+    figure, problems = fields_figure_of(runs)
     blocks: list[Block] = [Text(problem, "warn") for problem in problems]
-    figure = _figure(found)
     if figure is None:
         return blocks
-    caption = f"{TITLE}: one colour scale; below, each less the first"
+    caption = f"{TITLE}: one colour scale; lower row: difference from the first run"
     try:
         uri = light(png(figure))
-    except Exception as error:  # whatever the encoder meets
+    except Exception as error:  # of any kind in the encoder
         return [Text(f"{caption}: cannot be drawn ({error})", "warn"), *blocks]
     return [Picture(uri, caption, caption, wide=True), *blocks]
 
 
-def fields_of(runs: Sequence[LoadedRun]) -> "Figure | None":
-    """The picture of :func:`fields`, ``None`` where fewer than two runs left their field."""
-    return _figure(_read(runs)[0])
-
-
-def _figure(found: Sequence[PlanField]) -> "Figure | None":
-    return fields_figure(found, title=TITLE, label=LABEL) if len(found) > 1 else None
-
-
-def _read(runs: Sequence[LoadedRun]) -> tuple[list[PlanField], list[str]]:
-    """Fields of the first runs that left them, and what is wrong with others."""
+def fields_figure_of(runs: Sequence[LoadedRun]) -> "tuple[Figure | None, list[str]]":
+    """Figure of the shear angles of the first runs that have them, None for fewer than two, and problems of others."""
     found: list[PlanField] = []
     problems = []
     for run in runs:
@@ -149,8 +132,6 @@ def _read(runs: Sequence[LoadedRun]) -> tuple[list[PlanField], list[str]]:
         except (InputError, ValueError, IndexError) as error:
             problems.append(f"{path}: {error}")
             continue
-        scale = run.summary.scale or str(run.setting("model", "scale") or "")
-        found.append(
-            PlanField(f"run {run.number}, {'yarns' if scale == 'meso' else 'shells'}", table[:, :2], table[:, 2])
-        )
-    return found, problems
+        scale = run.summary.scale or run.setting("model", "scale") or ""
+        found.append(PlanField(f"run {run.number}, {scale}", table[:, :2], table[:, 2]))
+    return fields_figure(found, title=TITLE, label=LABEL) if len(found) > 1 else None, problems

@@ -1,4 +1,4 @@
-"""Throughput of the kernels and where the time of a real run goes; medians of repeated measurements."""
+"""Throughput of the kernels and the time of a run by part; medians of repeated measurements."""
 
 import statistics
 import time as clock
@@ -21,7 +21,6 @@ STEPS, REPEATS = 50, 5
 
 
 def _median(call: Callable[[], object]) -> float:
-    """Median wall time [s] of a call, after one to warm up."""
     call()
     times = []
     for _ in range(REPEATS):
@@ -32,7 +31,7 @@ def _median(call: Callable[[], object]) -> float:
 
 
 def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int, int]:
-    """A call that advances a fresh model by STEPS at rest, and its numbers of elements and contacts of yarns."""
+    """A call that advances a new model by STEPS without motion, and its numbers of elements and yarn contacts."""
     meso = run.model.meso.model_copy(update={"contact": contact})
     prepared = prepare(run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})}))
     model = prepared.model
@@ -46,10 +45,7 @@ def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int, int]:
 
 
 def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
-    """Element steps a second of beams, without and with contact, of ``loops`` and shells; one thread and all.
-
-    Contacts an element stand beside them, and last what the host took of the processors' time meanwhile.
-    """
+    """Element steps per second by kernel, on one thread and on all, and the processor time that the host took."""
     import numba
 
     for run in (yarns, shells):
@@ -69,11 +65,12 @@ def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
             each = f"{contacts / elements:.2f}" if contact else "-"
             yield f"{name:<20}{elements:>10}{each:>15}{threads:>9}{1e9 * seconds:>17.1f}{1e-6 / seconds:>19.1f}"
     taken = taken_share(before, processor_ticks())
-    yield "taken by the host: " + ("not known" if taken is None else f"{100.0 * taken:.1f} % of the processors' time")
+    share = "not known" if taken is None else f"{100.0 * taken:.1f} %"
+    yield f"processor time taken by the host: {share}"
 
 
 def run_lines(run: Run) -> Iterator[str]:
-    """Wall time of a tensile run by part, after compilation and with the relaxed cell cached."""
+    """Wall time of a tensile run by part, with compiled kernels and cached relaxed cell."""
     prepare(run)
     start = clock.perf_counter()
     prepared = prepare(run)
@@ -92,4 +89,4 @@ def run_lines(run: Run) -> Iterator[str]:
         ("energies, frames", end - built - cost.advance_s),
     ):
         yield f"  {name:<22}{seconds:8.2f} s {100.0 * seconds / whole:6.1f} %"
-    yield f"  {'whole':<22}{whole:8.2f} s, {1e-6 * cost.steps * elements / whole:.1f} M element-steps/s with all upkeep"
+    yield f"  {'whole':<22}{whole:8.2f} s, {1e-6 * cost.steps * elements / whole:.1f} M element-steps/s overall"

@@ -1,4 +1,4 @@
-"""Paired throughput of two checkouts: the same runs from the command line, by turns, under the same load."""
+"""Paired throughput of two checkouts: the same command-line runs in turns, under the same load."""
 
 import json
 import os
@@ -6,7 +6,7 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,20 +17,20 @@ from knittest.base.files import PACKAGE
 
 #: the runs by name: both models, loops and inlays, bending shells
 CASES = {
-    "strip of yarns": "tensile --variant 2 --scale meso --direction warp --set rig.width=20 --set rig.gauge_length=40",
-    "frame of yarns": "picture-frame --variant 2 --scale meso --set rig.max_angle=10",
-    "strip of shells": "tensile --variant 1 --scale macro --direction warp",
-    "frame of shells": "picture-frame --variant 1 --scale macro",
+    "tensile, meso": "tensile --variant 2 --scale meso --direction warp --set rig.width=20 --set rig.gauge_length=40",
+    "frame, meso": "picture-frame --variant 2 --scale meso --set rig.max_angle=10",
+    "tensile, macro": "tensile --variant 1 --scale macro --direction warp",
+    "frame, macro": "picture-frame --variant 1 --scale macro",
 }
 COMMON = ("--preset", "quick", "--threads", "1", "--quiet", "--no-frames", "--out")
 START = "from knittest.cli.main import main; main()"
-#: exit codes of runs that have run to their end: passed, comparison refused
+#: exit codes of completed runs: quality checks passed or failed
 ENDED = (0, NumericalError.exit_code)
 
 
 @dataclass(frozen=True)
 class Timed:
-    """One run: element-steps a second of its steps, CPU time of the whole [s], its curve, (rows, columns)."""
+    """One run: element-steps per second, CPU time [s], and curve (rows, columns)."""
 
     speed: float
     cpu: float
@@ -38,52 +38,46 @@ class Timed:
 
 
 def checkout(path: Path) -> Path:
-    """Folder that holds the package ``knittest`` of another checkout; raises :class:`InputError`."""
+    """Folder of another checkout, with the package ``knittest`` in it; raises :class:`InputError`."""
     if not (path / "knittest" / "cli" / "main.py").is_file():
-        raise InputError(f"--against {path}: expected a checkout of knittest, a folder that holds knittest/cli/main.py")
+        raise InputError(f"--against {path}: expected a checkout of knittest, with knittest/cli/main.py")
     return path.resolve()
 
 
 def paired_lines(against: Path, pairs: int) -> Iterator[str]:
-    """Speed of this checkout over that of the one in ``against``, a line for each case; one thread each.
+    """Speed of this checkout over the speed of ``against``, a line for each case, on one thread.
 
-    Every run happens once for its compilation and its cell, then ``pairs`` times by turns. Ratios are medians, with
-    the least and the largest behind them. Raises :class:`InputError` for a run that does not reach its end.
+    Each case runs once to fill the caches, then ``pairs`` times in turns. Ratios are medians with their range. Raises
+    :class:`InputError` for a run that does not complete.
     """
     here, there = PACKAGE.parent, checkout(against)
-    yield f"this checkout over {against}, {pairs} pairs, one thread; above 1: this one is faster"
+    yield f"speed of this checkout over {against}: {pairs} pairs, one thread; above 1: this checkout is faster"
     yield f"{'run':<17}{'M steps/s':>10}  {'ratio of the steps':<23}{'of CPU time':<13}curve"
     for name, command in CASES.items():
         for place in (there, here):
             _timed(place, command)
         turns = [(_timed(there, command), _timed(here, command)) for _ in range(pairs)]
-        faster = _spread([new.speed / old.speed for old, new in turns])
+        ratios = [new.speed / old.speed for old, new in turns]
+        faster = f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
         speed = statistics.median(new.speed for _, new in turns)
         leaner = statistics.median(old.cpu / new.cpu for old, new in turns)
         yield f"{name:<17}{1e-6 * speed:>10.3g}  {faster:<23}{leaner:<13.2f}{difference(*(t.curve for t in turns[0]))}"
 
 
-def _spread(ratios: Sequence[float]) -> str:
-    return f"{statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})"
-
-
 def difference(old: np.ndarray, new: np.ndarray) -> str:
-    """Largest difference of two curves in words, in percent of the largest value of its column.
-
-    Curves that are not numbers in the same places differ by that.
-    """
+    """Largest difference of two curves as text, in percent of the largest value of its column."""
     if old.shape != new.shape:
-        return f"{len(new)} rows for {len(old)}"
+        return f"{len(new)} rows, not {len(old)}"
     if np.array_equal(old, new, equal_nan=True):
-        return "the same"
+        return "identical"
     if not np.array_equal(np.isnan(old), np.isnan(new)):
-        return "other gaps"
+        return "gaps differ"
     largest = np.maximum(np.nanmax(np.abs(old), axis=0), np.finfo(float).tiny)
     return f"off by {100.0 * float(np.nanmax(np.abs(new - old) / largest)):.1g} %"
 
 
 def _timed(place: Path, command: str) -> Timed:
-    """Run ``command`` in a process of the checkout at ``place``; raises :class:`InputError` with what it said."""
+    """Run ``command`` in a process of the checkout at ``place``; raises :class:`InputError` with its last output."""
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "run"
         done = subprocess.run(

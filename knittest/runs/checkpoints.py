@@ -1,9 +1,8 @@
-"""Checkpoints and finished specimens of a run folder, those of each specimen by themselves, so that several processes
-may keep theirs in it.
+"""Checkpoints and finished specimens of a run folder; each specimen has its own files, for several processes.
 
-``checkpoint-0002-0007.npz`` state 7 of specimen 2, of which the newest two are kept; ``checkpoint-frame-0002-0003.npz``
-its frame 3, written once, and its ``-copy.npz``, because every later checkpoint needs it;
-``checkpoint-specimen-0002.npz`` the finished specimen; ``checkpoint-failed.npz`` the state when the numbers went wrong.
+``checkpoint-0002-0007.npz`` is state 7 of specimen 2; the newest two are kept. ``checkpoint-frame-0002-0003.npz`` is
+its frame 3, written once, with a ``-copy.npz`` because every later checkpoint needs it.
+``checkpoint-specimen-0002.npz`` is the finished specimen, ``checkpoint-failed.npz`` the state at a numerical error.
 """
 
 import json
@@ -13,7 +12,6 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, Self
 
 import numpy as np
 
@@ -23,19 +21,19 @@ from knittest.base.interrupts import Interrupts
 from knittest.export.files import Damaged, read_arrays, write_arrays
 from knittest.export.identity import Identity
 from knittest.models.explicit_model import State, arrays_of, entry, prefixed, under
-from knittest.solve.state import Snapshot, frame_of, frame_state
+from knittest.solve.state import Observer, Snapshot, frame_of, frame_state
 
 PATTERN = "checkpoint-*.npz"
 KEPT = 2
-#: number in a checkpoint: share of the configured speed at which it was reached
+#: key in a checkpoint: share of the configured speed
 SPEED_SHARE = "speed_share"
 
 
 class Checkpoints:
     """Writes and finds the checkpoints of the run in ``folder``, which its process has locked.
 
-    ``identity`` says what a state belongs to (:mod:`knittest.export.identity`); ``interval`` [s] lies between two
-    checkpoints; ``tell(text)`` passes on what a user should know.
+    ``identity`` is that of config, data and code (:mod:`knittest.export.identity`); ``interval`` [s] lies between two
+    checkpoints; ``tell(text)`` prints a message.
     """
 
     def __init__(
@@ -48,17 +46,19 @@ class Checkpoints:
     ) -> None:
         self.folder, self.identity, self.interval, self.tell = folder, identity, interval, tell
         self.interrupts = interrupts or Interrupts()
-        #: simulated time [ms] that the furthest of the specimens under way had come to, once looked for
+        #: largest simulated time [ms] of the unfinished specimens, set by :meth:`find`
         self.reached = 0.0
         self._damaged: list[Path] = []
         self._needed: set[Path] = set()
 
     def find(self) -> list[Identity]:
-        """Identities of what the specimens go on from: each finished, or its newest checkpoint that verifies.
-
-        Raises :class:`InputError` when there are checkpoints and none can be used.
-        """
-        self._refuse_earlier_layout()
+        """Identities of what specimens resume from; raises :class:`InputError` if no checkpoint can be used."""
+        earlier = sorted(p.name for p in self.folder.glob(PATTERN) if re.fullmatch(r"checkpoint-\d+\.npz", p.name))
+        if earlier:
+            raise InputError(
+                f"{self.folder}: {earlier[0]} was written by an earlier version of knittest; resume with that version, "
+                f"or start again with --config {self.folder / 'config.yaml'}"
+            )
         identities, lost = list[Identity](), list[int]()
         for specimen in self._begun():
             identity = self._finished_identity(specimen)
@@ -77,26 +77,17 @@ class Checkpoints:
                 f"--config {self.folder / 'config.yaml'}"
             )
         for specimen in lost:
-            self.tell(f"{self.folder}: nothing kept of specimen {specimen + 1} can be read; it is run again")
+            self.tell(f"{self.folder}: no file of specimen {specimen + 1} can be read; the specimen is run again")
         return identities
 
-    def _refuse_earlier_layout(self) -> None:
-        """Raise :class:`InputError` for checkpoints that do not say of which specimen: none may be passed over."""
-        earlier = sorted(p.name for p in self.folder.glob(PATTERN) if re.fullmatch(r"checkpoint-\d+\.npz", p.name))
-        if earlier:
-            raise InputError(
-                f"{self.folder}: {earlier[0]} was left by an earlier version of knittest; go on with that version, or "
-                f"start again with --config {self.folder / 'config.yaml'}"
-            )
-
     def tidy(self) -> None:
-        """Before going on: remove what did not verify, what was half-written, and frames later than the states."""
+        """Remove damaged and incomplete files, and frames later than the states."""
         later = set(self.folder.glob("checkpoint-frame-*.npz")) - self._needed
         for path in [*self._damaged, *later, *self.folder.glob(".*.tmp*")]:
             remove(path)
 
     def newest(self, specimen: int) -> tuple[Identity, Snapshot] | None:
-        """The newest checkpoint of ``specimen`` that verifies, with its identity; ``None`` if there is none."""
+        """Newest valid checkpoint of ``specimen`` with its identity; ``None`` if there is none."""
         for number in sorted(self._numbers(specimen), reverse=True):
             path = _path(self.folder, specimen, number)
             try:
@@ -106,15 +97,15 @@ class Checkpoints:
                 return identity, Snapshot({k: v for k, v in state.items() if k != "specimen"}, frames)
             except Damaged as error:
                 self._damaged.append(path)
-                self.tell(f"{error}; trying the checkpoint before it")
+                self.tell(f"{error}; the previous checkpoint is tried")
         return None
 
     def is_finished(self, specimen: int) -> bool:
-        """Tell whether ``specimen`` is kept as finished."""
+        """Tell whether ``specimen`` is stored as finished."""
         return _finished(self.folder, specimen).exists()
 
     def finished(self, specimen: int) -> State | None:
-        """State kept of a finished specimen; ``None`` if there is none."""
+        """State of a finished specimen; ``None`` if there is none."""
         if not self.is_finished(specimen):
             return None
         try:
@@ -124,15 +115,15 @@ class Checkpoints:
             return None
 
     @contextmanager
-    def keeping(self, specimen: int) -> Iterator["SpecimenKeeper"]:
-        """The keeper of a specimen; inside, signals wait for the next checkpoint once the simulation has begun."""
-        keeper = SpecimenKeeper(self, specimen)
-        with keeper.holding():
+    def keeping(self, specimen: int, keeper: "SpecimenKeeper | None" = None) -> Iterator["SpecimenKeeper"]:
+        """``keeper`` of a specimen; inside, signals wait for the next checkpoint once the simulation has begun."""
+        keeper = keeper or SpecimenKeeper(self, specimen)
+        with self.interrupts.held(when=lambda: keeper.began):
             yield keeper
         self.interrupts.check()
 
     def write(self, specimen: int, snapshot: Snapshot) -> None:
-        """Write the next checkpoint and its new frames; then the third newest goes."""
+        """Write the next checkpoint and its new frames, then remove the third newest."""
         for k, frame in enumerate(snapshot.frames):
             for path in _frames(self.folder, specimen, k):
                 if not path.exists():
@@ -145,17 +136,17 @@ class Checkpoints:
                 remove(_path(self.folder, specimen, number))
 
     def write_failed(self, specimen: int, snapshot: Snapshot) -> None:
-        """Write the state in which the numbers went wrong; the error that did it matters more than a full disk."""
+        """Write the state at a numerical error; a full disk must not hide that error."""
         with suppress(ResourceError):
             write_arrays(self.folder / "checkpoint-failed.npz", self._labelled(snapshot.state, specimen))
 
     def write_finished(self, specimen: int, state: State) -> None:
-        """Keep a finished specimen; its checkpoints and frames go."""
+        """Write a finished specimen and remove its checkpoints and frames."""
         write_arrays(_finished(self.folder, specimen), self._labelled(state, specimen))
         self.drop(specimen)
 
     def drop(self, specimen: int) -> None:
-        """Remove the checkpoints and frames of a specimen that is finished or restarts."""
+        """Remove the checkpoints and frames of a specimen."""
         for name in (f"checkpoint-{specimen:04d}-*.npz", f"checkpoint-frame-{specimen:04d}-*.npz"):
             for path in self.folder.glob(name):
                 remove(path)
@@ -164,7 +155,7 @@ class Checkpoints:
         return {**state, "identity": np.array(json.dumps(self.identity)), "specimen": np.array(specimen)}
 
     def _frame(self, specimen: int, frame: int, needed_by: str) -> State:
-        """The frame from its file or from the copy; raises :class:`Damaged` when neither verifies."""
+        """Frame from its file or its copy; raises :class:`Damaged` when neither is valid."""
         damaged = []
         for path in _frames(self.folder, specimen, frame):
             if not path.exists():
@@ -174,7 +165,7 @@ class Checkpoints:
                 found = read_arrays(path)
             except Damaged as error:
                 damaged.append(str(error))
-                self._damaged.append(path)  # and is written anew with the next checkpoint
+                self._damaged.append(path)  # written again with the next checkpoint
                 continue
             if damaged:
                 self.tell(f"{damaged[0]}; using {path.name}")
@@ -193,49 +184,41 @@ class Checkpoints:
             return None
 
     def _begun(self) -> list[int]:
-        """Numbers of the specimens of which something is kept."""
         names = [path.name for path in self.folder.glob(PATTERN)]
         found = (re.fullmatch(r"checkpoint-(\d{4})-\d{4,}\.npz|checkpoint-specimen-(\d{4})\.npz", n) for n in names)
         return sorted({int(match[1] or match[2]) for match in found if match})
 
     def _numbers(self, specimen: int) -> list[int]:
-        """Numbers of the checkpoints of ``specimen``."""
         names = [path.stem for path in self.folder.glob(f"checkpoint-{specimen:04d}-*.npz")]
         return [int(name.rpartition("-")[2]) for name in names]
 
 
-class SpecimenKeeper:
-    """Keeps the simulation of one specimen, as a :class:`knittest.solve.state.Observer` asks it to."""
+class SpecimenKeeper(Observer):
+    """Observer that stores the simulation of one specimen."""
 
     def __init__(self, store: Checkpoints, specimen: int) -> None:
         self.store, self.specimen = store, specimen
         self.due = time.monotonic() + store.interval
-        self._began = False
+        self.began = False  # the simulation, which :meth:`resume_from` starts
         self._speed_share = 1.0
 
-    @contextmanager
-    def holding(self) -> Iterator[Self]:
-        """Let :meth:`resume_from` begin to hold signals back, up to the end of this block."""
-        with self.store.interrupts.held(when=lambda: self._began):
-            yield self
-
     def resume_from(self) -> Snapshot | None:
-        """The newest checkpoint of the specimen, if there is one."""
-        self._began = True
+        """Newest checkpoint of the specimen, if there is one."""
+        self.began = True
         self.due = time.monotonic() + self.store.interval
         newest = self.store.newest(self.specimen)
         return None if newest is None else newest[1]
 
     def speed_share(self) -> float:
-        """Share of the configured speed at which the newest checkpoint was reached; 1 if there is none."""
+        """Share of the configured speed of the newest checkpoint; 1 if there is none."""
         newest = self.store.newest(self.specimen)
         self._speed_share = 1.0 if newest is None else float(newest[1].state.get(SPEED_SHARE, 1.0))
         return self._speed_share
 
-    def restarts(self, share: float) -> None:
-        """Discard the checkpoints; what follows is run at ``share`` of the configured speed."""
+    def restarts(self, share: float, reason: str = "") -> None:
+        """Discard the checkpoints; the specimen restarts at ``share`` of the configured speed."""
         self.store.drop(self.specimen)
-        self._speed_share, self._began = share, False
+        self._speed_share, self.began = share, False
 
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Write a checkpoint when it is due or a signal came; raise :class:`Interrupted` for the signal."""
@@ -248,16 +231,16 @@ class SpecimenKeeper:
         self.due = time.monotonic() + self.store.interval
 
     def failed(self, take: Callable[[], Snapshot]) -> None:
-        """Write the state as it is."""
+        """Write the failed state."""
         self.store.write_failed(self.specimen, take())
 
     def finish(self, state: State) -> None:
-        """Keep the finished specimen."""
+        """Write the finished specimen."""
         self.store.write_finished(self.specimen, state)
 
 
 def remove(path: Path) -> None:
-    """Remove a file among the checkpoints; a folder in its place keeps what it holds, under another name."""
+    """Remove a checkpoint file; a folder of that name is renamed instead."""
     try:
         path.unlink(missing_ok=True)
     except IsADirectoryError:
@@ -273,7 +256,6 @@ def _path(folder: Path, specimen: int, number: int) -> Path:
 
 
 def _frames(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
-    """File of a frame, and its copy."""
     name = f"checkpoint-frame-{specimen:04d}-{frame:04d}"
     return folder / f"{name}.npz", folder / f"{name}-copy.npz"
 
@@ -282,7 +264,7 @@ MESH_ARRAYS = ("cells", "part", "yarn", "radius")
 
 
 def specimen_state(specimen: Specimen, frames: bool) -> State:
-    """``specimen`` as arrays; ``frames`` only where they will be shown."""
+    """``specimen`` as arrays, with or without its ``frames``."""
     history, mesh = specimen.history, specimen.history.mesh
     n_frames = len(history.frames) if frames else 0
     plain = {
@@ -298,7 +280,7 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
         "facts": specimen.facts,
         "rest": specimen.rest,
     }
-    state = {"plain": np.array(json.dumps(plain, default=_plain))} | arrays_of("mesh", mesh, MESH_ARRAYS)
+    state = {"plain": np.array(json.dumps(plain, default=np.generic.item))} | arrays_of("mesh", mesh, MESH_ARRAYS)
     state |= prefixed("curve", history.curve) | prefixed("energies", history.energies)
     state |= prefixed("yarns", specimen.yarns) | prefixed("contacts", history.contacts)
     state |= arrays_of("history", history, ("tool_force",))
@@ -308,7 +290,7 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
 
 
 def specimen_of(state: State) -> Specimen:
-    """Specimen that :func:`specimen_state` was made of."""
+    """Specimen of a state written by :func:`specimen_state`."""
     plain = json.loads(str(entry(state, "plain")))
     arrays = {name: entry(state, f"mesh/{name}") for name in MESH_ARRAYS}
     mesh = Mesh(plain["kind"], part_names=tuple(plain["part_names"]), **arrays)
@@ -323,8 +305,3 @@ def specimen_of(state: State) -> Specimen:
     return Specimen(
         history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"), plain["facts"], plain["rest"]
     )
-
-
-def _plain(value: Any) -> Any:
-    """A numpy number as Python's."""
-    return value.item()

@@ -1,4 +1,4 @@
-"""A run end to end: specimens of one direction, their folder, comparison and report."""
+"""Executes one run: the specimens of one direction, their folder, comparison and report."""
 
 import time as clock
 from collections.abc import Callable, Iterator, Sequence
@@ -14,6 +14,7 @@ from knittest.base.summary import Summary
 from knittest.config.run import Run
 from knittest.export.identity import cell_of
 from knittest.laboratory.report_base import TESTS, References
+from knittest.report_page.folders import NOT_COMPARED
 from knittest.report_page.page import write_if_possible, write_report
 from knittest.runs.checkpoints import Checkpoints, specimen_of, specimen_state
 from knittest.runs.opening import Opened, Place, joined
@@ -27,7 +28,7 @@ EXIT_REFUSED = NumericalError.exit_code
 
 @dataclass(frozen=True)
 class Outcome:
-    """A finished run: folder, summary as written, quality of its worst specimen, metrics of the user's curves."""
+    """A finished run: its folder, summary.json, the quality of its worst specimen, metrics of the user's curves."""
 
     run: Run
     folder: Path
@@ -36,7 +37,7 @@ class Outcome:
     curves: Sequence[dict[str, object]] = ()
 
 
-#: runs specimens of an ensemble before the others, in other processes, and leaves them among its checkpoints
+#: runs specimens of an ensemble in other processes, which store them as checkpoints
 Ahead = Callable[[Run, Opened, Progress], None]
 
 
@@ -48,38 +49,41 @@ def execute(
     progress: Progress,
     ahead: Ahead | None = None,
 ) -> Outcome:
-    """Run all specimens of ``run``, or those that are left, and write its folder; ``ahead`` runs what it can before."""
+    """Run the missing specimens of ``run`` and write its folder; ``ahead`` runs specimens in parallel beforehand."""
     references = references_of(run, options.against)
-    with compiling_for(run), _with_page_of_failure(options), _opened(run, place, interrupts, progress) as opened:
-        if left_out := options.left_out:
-            opened.folder.note(left_out=left_out)
-        with interrupts.heard():
-            with _keeping_partial(run, opened, references, options):
-                if ahead is not None:
-                    ahead(run, opened, progress)
-                specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
-            progress.done()
-            judgement = judge(run, specimens, references, opened.folder.forced)
-            write_files(run, specimens, references, judgement, opened.folder, options)
-        refused = judgement.quality.failures
-        if refused:
-            opened.folder.finish("completed", EXIT_REFUSED, "comparison refused: " + "; ".join(refused))
+    try:
+        with compiling_for(run), _opened(run, place, interrupts, progress) as opened:
+            if left_out := options.left_out:
+                opened.folder.note(left_out=left_out)
+            with interrupts.heard():
+                with _keeping_partial(run, opened, references, options):
+                    if ahead is not None:
+                        ahead(run, opened, progress)
+                    specimens = [_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
+                progress.done()
+                judgement = judge(run, specimens, references, opened.folder.forced)
+                write_files(run, specimens, references, judgement, opened.folder, options)
+            refused = judgement.quality.failures
+            if refused:
+                opened.folder.finish("completed", EXIT_REFUSED, f"{NOT_COMPARED}: {'; '.join(refused)}")
+    except NumericalError as error:
+        if isinstance(error.partial, Path) and options.pictures:
+            write_if_possible(error.partial, write_report)
+        raise
     if options.pictures:
         write_if_possible(opened.folder.path, write_report)
     return Outcome(run, opened.folder.path, judgement.summary, judgement.quality, judgement.own)
 
 
 def execute_specimen(run: Run, number: int, folder: Path, interrupts: Interrupts, log: Log, progress: Progress) -> None:
-    """Run specimen ``number`` of ``run`` and leave it among the checkpoints in ``folder``, which another process has
-    opened and writes ``log`` of.
-    """
+    """Run specimen ``number`` of ``run`` and store it in ``folder``, which another process has opened."""
     with compiling_for(run), interrupts.deciding():
-        _kept(run, number, joined(run, folder, interrupts), log, progress)
+        _run_and_store(run, number, joined(run, folder, interrupts), log, progress)
 
 
 @contextmanager
 def naming(run: Run, number: int) -> Iterator[None]:
-    """Let the errors of specimen ``number`` name it, unless ``run`` has no other."""
+    """Put the name of specimen ``number`` in front of its errors, where ``run`` has several."""
     try:
         yield
     except KnittestError as error:
@@ -89,17 +93,14 @@ def naming(run: Run, number: int) -> Iterator[None]:
 
 
 def specimen_name(run: Run, number: int) -> str:
-    """``specimen 1 of 3 (warp)``, what users call specimen ``number`` of ``run``."""
+    """Name of specimen ``number`` of ``run`` in messages: ``specimen 1 of 3 (warp)``."""
     return f"specimen {number + 1} of {run.variability.specimens} ({name_of(run)})"
 
 
 @contextmanager
 def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) -> Iterator[Opened]:
-    """The locked folder of ``run``; what stops the run names it.
-
-    Signals are heard inside only where the block says so: none may come between the first manifest and the last.
-    """
-    if run.model.scale == "meso":  # before there is a folder, whose manifest names the cell
+    """Locked folder of ``run``, named by an interruption; signals are held except where the block lets them through."""
+    if run.model.scale == "meso":  # before the folder is created: its manifest names the cell
         cell_of(run, lambda: progress.phase(f"{name_of(run)}: relaxing geometry"))
     with interrupts.held(when=lambda: True):
         opened = place.open(run, interrupts)
@@ -114,9 +115,7 @@ def _opened(run: Run, place: Place, interrupts: Interrupts, progress: Progress) 
 
 @contextmanager
 def _keeping_partial(run: Run, opened: Opened, references: References, options: RunOptions) -> Iterator[None]:
-    """Write what there is of a run that a :class:`NumericalError` ends: specimens that are finished, else the part of
-    the one that is not.
-    """
+    """Write the finished specimens, else the unfinished one, of a run that a :class:`NumericalError` ends."""
     try:
         yield
     except NumericalError as error:
@@ -128,51 +127,38 @@ def _keeping_partial(run: Run, opened: Opened, references: References, options: 
         if specimens:
             try:
                 write_incomplete(run, specimens, references, str(error), opened.folder, options)
-            except Exception as other:  # what ended the run is what the user is told
+            except Exception as other:  # the first error is the one to report
                 opened.folder.log("not kept", reason=str(other))
             else:
                 error.partial = opened.folder.path
-                part = "the curve until then is" if specimens[0] is partial else "the finished specimens are"
+                part = "the curve up to then is" if specimens[0] is partial else "the finished specimens are"
                 error.args = (f"{error}; {part} in {opened.folder.path}",)
         raise
 
 
-@contextmanager
-def _with_page_of_failure(options: RunOptions) -> Iterator[None]:
-    """Write the page of a run that ended early."""
-    try:
-        yield
-    except NumericalError as error:
-        folder = error.partial
-        if isinstance(folder, Path) and options.pictures:
-            write_if_possible(folder, write_report)
-        raise
-
-
 def _specimen(run: Run, number: int, opened: Opened, progress: Progress) -> Specimen:
-    """Specimen ``number`` of ``run``: the one that was kept, else a new one, which is."""
-    kept = opened.checkpoints.finished(number)
-    if kept is not None:
-        return specimen_of(kept)
+    stored = opened.checkpoints.finished(number)
+    if stored is not None:
+        return specimen_of(stored)
     with naming(run, number):
-        return _kept(run, number, opened.checkpoints, opened.folder.log, progress)
+        return _run_and_store(run, number, opened.checkpoints, opened.folder.log, progress)
 
 
-def _kept(run: Run, number: int, checkpoints: Checkpoints, log: Log, progress: Progress) -> Specimen:
-    """Specimen ``number`` of ``run``, gone on with from its checkpoint if there is one, and kept when finished."""
+def _run_and_store(run: Run, number: int, checkpoints: Checkpoints, log: Log, progress: Progress) -> Specimen:
+    """Run specimen ``number`` of ``run``, from its checkpoint if there is one, and store it."""
     count, label = run.variability.specimens, name_of(run)
     if count > 1:
         run = run.model_copy(update={"variability": run.variability.model_copy(update={"mode": "random"})})
         label = f"{label} {number + 1}/{count}"
     start = clock.perf_counter()
-    with checkpoints.keeping(number) as keeper:
-        watcher = Watcher(label, TESTS[run.rig.kind].ends_at_failure, progress, log, keeper)
+    watcher = Watcher(checkpoints, number, label, TESTS[run.rig.kind].ends_at_failure, progress, log)
+    with checkpoints.keeping(number, watcher):
         specimen = run_specimen(run, number, watcher)
-        keeper.finish(specimen_state(specimen, frames=number == 0))  # pictures show the first specimen
+        watcher.finish(specimen_state(specimen, frames=number == 0))  # pictures show the first specimen
     log("specimen", number=number, seconds=round(clock.perf_counter() - start, 3), **specimen.results)
     return specimen
 
 
 def name_of(run: Run) -> str:
-    """The direction of ``run``, or its test where there is none."""
+    """Direction of ``run``; its test where it has none."""
     return run.direction or run.rig.kind

@@ -1,10 +1,12 @@
-"""Opens the folder of a run, new or to go on in, with its checkpoints."""
+"""Opens the folder of a new or resumed run, with its checkpoints."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
+
+import numba
 
 from knittest.base.errors import InputError
 from knittest.base.interrupts import Interrupts
@@ -30,43 +32,43 @@ class Opened:
 
 
 class Place(Protocol):
-    """Place of a run, new or gone on with."""
+    """Folder of a new or resumed run."""
 
     @property
     def path(self) -> Path | None:
-        """Folder of the run, None where it gets its name when it is made."""
+        """Folder of the run; None where its name is chosen when it is created."""
 
     def open(self, run: Run, interrupts: Interrupts) -> Opened:
-        """Lock the folder of ``run``, which ``interrupts`` may stop at a checkpoint."""
+        """Create or reopen the folder of ``run`` and lock it; ``interrupts`` may stop the run at a checkpoint."""
 
 
 @dataclass(frozen=True)
 class NewFolder:
-    """A new folder ``path``, else one named after the run and the time."""
+    """A new folder ``path``, by default named after the run and the time."""
 
     path: Path | None = None
 
     def open(self, run: Run, interrupts: Interrupts) -> Opened:
-        """Make it; see :meth:`RunFolder.create`."""
-        files = data_files(run)
+        """Create the folder; see :meth:`RunFolder.create`."""
+        files, threads = data_files(run), numba.get_num_threads()
         folder = RunFolder.create(
-            self.path, run, config_text=dump(run), threads=_threads(), data_files=files, cell=cell_of(run)
+            self.path, run, config_text=dump(run), threads=threads, data_files=files, cell=cell_of(run)
         )
         return Opened(folder, _checkpoints(run, folder.path, identity_of(run, files), interrupts))
 
 
 @dataclass(frozen=True)
 class StoppedRun:
-    """The folder of a run that did not complete, gone on with whatever changed since if ``force``."""
+    """Folder of an incomplete run; with ``force`` the run is resumed although its inputs changed."""
 
     path: Path
     force: bool = False
 
     def open(self, run: Run, interrupts: Interrupts) -> Opened:
-        """Open it again.
+        """Reopen the folder.
 
-        Raises :class:`InputError` when no checkpoint verifies or, without force, when something changed that the result
-        depends on; then nothing in the folder changes. :class:`ResourceError` when it is in use or cannot be written.
+        Raises :class:`InputError`, with the folder unchanged, when no checkpoint is valid or, without force, when the
+        result would change; :class:`ResourceError` when the folder is in use or cannot be written.
         """
         path, lock = self.path, RunLock(self.path)
         try:
@@ -77,7 +79,7 @@ class StoppedRun:
             notes: dict[str, Any] = {"at_ms": checkpoints.reached}
             if changed:
                 notes |= {"forced": changed, "config_sha256": now["config_sha256"]}
-            folder = RunFolder.reopen(path, lock, manifest_of(path), threads=_threads(), notes=notes)
+            folder = RunFolder.reopen(path, lock, manifest_of(path), threads=numba.get_num_threads(), notes=notes)
             return Opened(folder, checkpoints)
         except BaseException:
             lock.release()
@@ -85,11 +87,11 @@ class StoppedRun:
 
 
 def tidy_completed(path: Path, pictures: bool) -> None:
-    """Write the page that a kill right after the end of the run left out, and remove what it left in ``path``."""
-    leavings = [path / LOCK_NAME, *path.glob(PATTERN), *path.glob(f".{PATTERN}")]
-    if any(file.exists() for file in leavings):
+    """Remove the lock and checkpoints of a run killed right after its end, and write its page if it is missing."""
+    remains = [path / LOCK_NAME, *path.glob(PATTERN), *path.glob(f".{PATTERN}")]
+    if any(file.exists() for file in remains):
         lock = RunLock(path)
-        for file in leavings[1:]:
+        for file in remains[1:]:
             file.unlink(missing_ok=True)
         lock.release()
     if pictures and not (path / FILE).exists():
@@ -97,7 +99,7 @@ def tidy_completed(path: Path, pictures: bool) -> None:
 
 
 def manifest_of(path: Path) -> dict[str, Any]:
-    """The manifest of the run folder ``path``; raises :class:`InputError`."""
+    """Manifest of the run folder ``path``; raises :class:`InputError`."""
     try:
         manifest = json.loads((path / "manifest.json").read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
@@ -108,26 +110,21 @@ def manifest_of(path: Path) -> dict[str, Any]:
 
 
 def joined(run: Run, path: Path, interrupts: Interrupts) -> Checkpoints:
-    """The checkpoints of ``run`` in the folder ``path``, which another process has opened."""
+    """Checkpoints of ``run`` in the folder ``path``, which another process has opened."""
     return _checkpoints(run, path, identity_of(run, data_files(run)), interrupts)
 
 
-def _changes(path: Path, before: Sequence[Identity], now: Identity, force: bool) -> list[str]:
-    """Changes since any of the checkpoints, whose identities are ``before``; raises unless ``force``."""
+def _changes(path: Path, before: Iterable[Identity], now: Identity, force: bool) -> list[str]:
+    """Changes since the identities ``before``; raises :class:`InputError` for any unless ``force``."""
     changed = list(dict.fromkeys(change for identity in before for change in changes(identity, now)))
-    if not changed or force:
-        return changed
-    listed = "; ".join(changed[:LISTED]) + (f"; and {len(changed) - LISTED} more" if len(changed) > LISTED else "")
-    raise InputError(
-        f"{path}: the run would not go on to the same result: {listed}; undo that, or go on anyway with --force"
-    )
+    if changed and not force:
+        more = f"; and {len(changed) - LISTED} more" if len(changed) > LISTED else ""
+        listed = "; ".join(changed[:LISTED]) + more
+        raise InputError(
+            f"{path}: the resumed run would give another result: {listed}; undo the changes, or resume with --force"
+        )
+    return changed
 
 
 def _checkpoints(run: Run, path: Path, identity: Identity, interrupts: Interrupts) -> Checkpoints:
     return Checkpoints(path, identity, run.output.checkpoint_interval, interrupts, tell)
-
-
-def _threads() -> int:
-    import numba
-
-    return int(numba.get_num_threads())

@@ -1,4 +1,4 @@
-"""Options of a command that are not part of the test itself."""
+"""Options of a command that do not change the test."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,9 +8,7 @@ from knittest.base.figure import Printing
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Place and form of what a run reports: output folder, threads, JSON on stdout, silence, VTU frames, pictures with
-    the report page; curves to compare with; formats of the pictures; the page in a browser; all notes below the table.
-    """
+    """Where a run writes and what: folder, threads, JSON, frames, pictures, curves to compare with, page, notes."""
 
     out: Path | None = None
     threads: int | None = None
@@ -25,5 +23,5 @@ class RunOptions:
 
     @property
     def left_out(self) -> list[str]:
-        """Files that are not wanted, as the manifest names them."""
+        """Names of the files not to be written, for the manifest."""
         return [name for name, wanted in (("frames", self.frames), ("pictures", self.pictures)) if not wanted]

@@ -1,4 +1,4 @@
-"""The table a user sees at the end: simulated beside measured, the quality gates, and where the files are."""
+"""Prints the results of runs: simulated and measured values, the quality checks, and where the files are."""
 
 import math
 import os
@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Protocol, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
-from knittest.base.history import Quality, rest_line, unjudged_note
+from knittest.base.history import rest_line, unjudged_note
 from knittest.base.kinds import kinds
 from knittest.base.layout import nearest, table, width_of, wrapped
 from knittest.base.result_rows import (
@@ -20,13 +20,12 @@ from knittest.base.result_rows import (
     OF_MEANS,
     UNRESOLVED,
     UNSCATTERED,
+    ResultRow,
     assumed_inputs,
     result_rows,
     unfolded,
 )
-from knittest.base.summary import Limit, Summary
 from knittest.config.gates import LOOSER
-from knittest.config.run import Run
 from knittest.experiment.compare import ERRORS, UNITS
 from knittest.experiment.tables import shear_bands
 from knittest.export.files import json_text
@@ -34,73 +33,51 @@ from knittest.laboratory.numerical_error import error_notes
 from knittest.report_page.folders import HEADER as LISTED
 from knittest.report_page.folders import Listed
 from knittest.report_page.page import page_of
+from knittest.report_page.results import curve_errors
+
+if TYPE_CHECKING:
+    from knittest.runs.execute import Outcome
 
 HEADER = ("direction", "quantity", "simulated", "experiment", "deviation", "kind", "verdict")
 _NUMBERS = ("simulated", "experiment", "deviation")  # columns aligned to the right
-#: columns that are left out where they say nothing
+#: columns that are left out where they are empty in all rows
 VERDICT = 6
 EMPTY = (3, 4, 5, VERDICT)
-#: colours of verdicts; of any other red
+#: colours of verdicts; any other verdict is red
 STYLES = {
-    "within 1 sd": "green",
-    NO_REFERENCE: "yellow",
-    UNRESOLVED: "yellow",
-    FEW: "yellow",
-    UNSCATTERED: "yellow",
-    GIVEN: "yellow",
-}
-#: part of the metrics of curves, and the place in it, that each of their errors is of
+    "within 1 sd": "green", **dict.fromkeys((NO_REFERENCE, UNRESOLVED, FEW, UNSCATTERED, GIVEN), "yellow"),
+}  # fmt: skip
+#: by error of a curve: the part of the metrics that holds both values, and the place of the value in that part
 COMPARED = {
     "peak_error_pct": ("peak", 1), "fracture_strain_error_pct": ("peak", 0),
     "static_error_pct": ("levels", 0), "kinetic_error_pct": ("levels", 1),
 }  # fmt: skip
-#: most warnings below the table, and the words of those that ask for nothing
+#: warnings printed without --details, and the words of a passed check near its limit, which --details alone prints
 MOST_WARNINGS, PASSED_NEAR = 3, "is more than half of its limit"
 #: results that only summary.json shows
 _LEFT_OUT = ("force_per_yarn_n", "peak_force_n_per_mm", "peak_time_error_pct")
 
 
-class Outcome(Protocol):
-    """One finished run: its ``summary.json``, its gates with their reasons, and its folder."""
-
-    @property
-    def run(self) -> Run:
-        """Config of it."""
-
-    @property
-    def summary(self) -> Summary:
-        """Contents of ``summary.json``."""
-
-    @property
-    def quality(self) -> Quality:
-        """The gates of its worst specimen."""
-
-    @property
-    def curves(self) -> Sequence[Mapping[str, object]]:
-        """Metrics against the user's own curves."""
-
-    @property
-    def folder(self) -> Path:
-        """Folder of its files."""
-
-
-def results_table(outcomes: Sequence[Outcome], plus_minus: str = "±") -> list[tuple[str, ...]]:
-    """Rows in the order of :data:`HEADER`, one a direction and quantity; nothing is left to colour."""
+def results_table(outcomes: Sequence["Outcome"], plus_minus: str = "±") -> list[tuple[str, ...]]:
+    """Rows in the order of :data:`HEADER`, one for each direction and quantity."""
     return [
         (_name(outcome), row.label, row.simulated, row.experiment, row.deviation, row.kind_told, row.verdict)
         for outcome in outcomes
-        for row in result_rows(outcome.summary, plus_minus, refused=bool(outcome.quality.failures))
+        for row in _rows(outcome, plus_minus)
         if row.quantity not in _LEFT_OUT
     ]
 
 
-def _name(outcome: Outcome) -> str:
-    """Direction of a strip, else the test."""
+def _rows(outcome: "Outcome", plus_minus: str = "±") -> list[ResultRow]:
+    return result_rows(outcome.summary, plus_minus, refused=bool(outcome.quality.failures))
+
+
+def _name(outcome: "Outcome") -> str:
     return str(outcome.summary["direction"] or outcome.summary["rig"])
 
 
-def quality_lines(outcome: Outcome) -> list[str]:
-    """The gates of a run in one line, then one line a failure or warning."""
+def quality_lines(outcome: "Outcome") -> list[str]:
+    """The quality checks of a run in one line, then one line for each failure and warning."""
     quality = outcome.quality
     numbers = (
         ("kinetic energy/work", quality.ke_over_ie_max * 100),
@@ -110,82 +87,71 @@ def quality_lines(outcome: Outcome) -> list[str]:
         ("added mass", quality.added_mass_pct),
     )
     text = ", ".join(f"{name} {value:.2g} %" for name, value in numbers if math.isfinite(value))
-    loosened = [reason for reason in quality.failures if LOOSER in reason]
-    verdict = "FAILED, comparison refused" if quality.failures else "passed"
-    if loosened and len(loosened) == len(quality.failures):
-        verdict = "passed as loosened; comparison refused: limit loosened"
-    lines = [f"quality gates, {_name(outcome)}: {verdict} ({text})"]
-    lines += [f"  {_looser(limit)}" for limit in outcome.summary.get("limits", [])]
-    lines += [f"  {note}" for note in [unjudged_note(outcome.summary.get("unjudged"))] if note]
-    lines += [f"  failed: {reason}" for reason in quality.failures]
-    return lines + [f"  warning: {reason}" for reason in quality.warnings]
+    verdict = "FAILED, not compared with the experiment" if quality.failures else "passed"
+    if quality.failures and all(LOOSER in reason for reason in quality.failures):
+        verdict = "passed with relaxed limits, not compared with the experiment"
+    note = unjudged_note(outcome.summary.get("unjudged"))
+    return [
+        f"quality checks, {_name(outcome)}: {verdict} ({text})",
+        *_relaxed_limits(outcome),
+        *([f"  {note}"] if note else []),
+        *(f"  failed: {reason}" for reason in quality.failures),
+        *(f"  warning: {reason}" for reason in quality.warnings),
+    ]
 
 
-def assumed_line(outcome: Outcome) -> str:
-    """The assumed inputs that decide the compared rows of a run, empty if there are none."""
-    rows = result_rows(outcome.summary, refused=bool(outcome.quality.failures))
-    fields = assumed_inputs(outcome.summary, rows)
-    return f"assumed inputs that decide these rows, {_name(outcome)}: {', '.join(fields)}" if fields else ""
+def _relaxed_limits(outcome: "Outcome") -> list[str]:
+    return [
+        f"  relaxed limit: {limit['name']} = {limit['value']} (preset {limit['preset']}), "
+        f"{'accepted' if limit['accepted'] else 'not accepted'}"
+        for limit in outcome.summary.get("limits", [])
+    ]
 
 
-def band_line(outcome: Outcome) -> str:
-    """Bands of the shear of this fabric over the prior of what nobody measured, where the test shears it."""
-    run = outcome.run
-    bands = shear_bands(run.fabric.name) if kinds()[run.rig.kind].shears else []
-    told = ", ".join(f"{b.low:.2g} to {b.high:.2g} at {b.angle:g} deg" for b in bands)
-    return f"shear of this fabric over what is assumed of its yarns, 5 to 95 % [N/mm]: {told}" if told else ""
+def band_line(outcome: "Outcome") -> str:
+    """Bands of the shear force of this fabric over its assumed yarn parameters; empty for a test without shear."""
+    bands = shear_bands(outcome.run.fabric.name) if kinds()[outcome.run.rig.kind].shears else []
+    ranges = ", ".join(f"{b.low:.2g} to {b.high:.2g} at {b.angle:g} deg" for b in bands)
+    return f"shear force [N/mm], 5 to 95 % range over the assumed yarn parameters: {ranges}" if ranges else ""
 
 
-def _of_means(outcome: Outcome) -> bool:
-    """Tell whether means of several specimens were compared."""
-    return outcome.run.variability.specimens > 1 and bool(outcome.summary["comparison"])
-
-
-def rest_told(outcome: Outcome) -> str:
-    """The state of rest that yarns started from, in a line short enough for a terminal; empty of shells."""
-    numbers = outcome.summary.get("rest")
-    return f"yarns at rest, {_name(outcome)}: {rest_line(unfolded(numbers))}" if numbers else ""
-
-
-def error_lines(outcomes: Sequence[Outcome]) -> list[str]:
-    """Lines on how the numerical errors were found."""
+def error_lines(outcomes: Sequence["Outcome"]) -> list[str]:
+    """Lines on how the numerical errors were estimated."""
     return _each_once(outcomes, lambda outcome: error_notes(outcome.summary))
 
 
-def _each_once(outcomes: Sequence[Outcome], of: Callable[[Outcome], Iterable[str]]) -> list[str]:
-    """Lines ``of`` each outcome, those that all have once, others with the name of the run where there are several."""
-    told = [(_name(outcome), line) for outcome in outcomes for line in of(outcome)]
-    common = {line for _, line in told if sum(line == other for _, other in told) == len(outcomes)}
-    lines = [line if len(outcomes) == 1 or line in common else f"{name}: {line}" for name, line in told]
+def _each_once(outcomes: Sequence["Outcome"], lines_of: Callable[["Outcome"], Iterable[str]]) -> list[str]:
+    """Lines of each outcome: a line that all have stands once, any other has the name of its run in front."""
+    named = [(_name(outcome), line) for outcome in outcomes for line in lines_of(outcome)]
+    common = {line for _, line in named if sum(line == other for _, other in named) == len(outcomes)}
+    lines = [line if len(outcomes) == 1 or line in common else f"{name}: {line}" for name, line in named]
     return list(dict.fromkeys(lines))
 
 
-def _looser(limit: Limit) -> str:
-    taken = "accepted" if limit["accepted"] else "not accepted"
-    return f"looser than the preset: {limit['name']} = {limit['value']}, preset {limit['preset']}; {taken}"
-
-
-def curve_lines(outcome: Outcome) -> list[str]:
-    """Metrics of the user's own curves in comparison.json, one line a curve."""
-    return [curve_line(metrics) for metrics in outcome.curves]
-
-
-def curve_line(metrics: Mapping[str, object]) -> str:
-    """A comparison of curves: against what, how it was scaled, its errors, and the rating or why there is none."""
-    return f"{_reference(metrics)}: {_metrics(metrics)}"
+def curve_line(metrics: Mapping[str, Any]) -> str:
+    """Comparison of two curves in one line: the reference, its scaling, the errors, and the rating."""
+    if not metrics["comparable"]:
+        return f"{_reference(metrics)}: not comparable: {metrics['reason']}"
+    errors = [f"{what} {value:+.1f} %" for what, value in curve_errors(metrics)]
+    errors.append(f"rms error {metrics['rmse_pct_of_peak']:.1f} % of the peak")
+    return f"{_reference(metrics)}: {', '.join([*errors, _rating(metrics)])}"
 
 
 def curve_table(metrics: Mapping[str, Any], width: int | None = None) -> list[str]:
-    """The same as a table of both curves, within ``width``, below what it is against and above the rating."""
+    """The same as a table of both curves within ``width``, between the reference and the rating."""
     if not metrics["comparable"]:
         return [curve_line(metrics)]
-    rows = [("quantity", "run", "reference", "error"), *_both(metrics), _rmse(metrics)]
+    covered = next(name for name in metrics if name.startswith("range_"))
+    low, high = metrics[covered]
+    unit = UNITS.get(covered.removeprefix("range_"), "mm")
+    rms = (f"rms error, {low:.4g} to {high:.4g} {unit}", "", "", f"{metrics['rmse_pct_of_peak']:.1f} % of peak")
+    rows = [("quantity", "run", "reference", "error"), *_compared_values(metrics), rms]
     lines = [line for row in table(rows, width, right=(1, 2, 3)) for line in row]
     return [_reference(metrics), "", *lines, "", _rating(metrics)]
 
 
-def _both(metrics: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
-    """A row a quantity that both curves have: peaks, levels, or forces at angles."""
+def _compared_values(metrics: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """A row for each quantity that both curves have: peaks, levels, or forces at angles."""
     for key, (part, k) in COMPARED.items():
         if metrics.get(key) is not None:
             (name, one), (_, other) = (list(metrics[f"{who}_{part}"].items())[k] for who in ("simulated", "reference"))
@@ -195,13 +161,6 @@ def _both(metrics: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
             error = "-" if found["error_pct"] is None else f"{found['error_pct']:+.1f} %"
             unit = UNITS.get(name.removesuffix("_at_deg"), "N")
             yield f"force at {angle} deg [{unit}]", f"{found['simulated']:.4g}", f"{found['reference']:.4g}", error
-
-
-def _rmse(metrics: Mapping[str, Any]) -> tuple[str, ...]:
-    covered = next(name for name in metrics if name.startswith("range_"))
-    low, high = metrics[covered]
-    unit = UNITS.get(covered.removeprefix("range_"), "mm")
-    return f"rms error, {low:.4g} to {high:.4g} {unit}", "", "", f"{metrics['rmse_pct_of_peak']:.1f} % of peak"
 
 
 def _reference(metrics: Mapping[str, object]) -> str:
@@ -214,43 +173,34 @@ def _rating(metrics: Mapping[str, Any]) -> str:
     return f"rating {rating['overall']:.2f} ({rating['grade']})" if rating else f"no rating: {metrics['no_rating']}"
 
 
-def _metrics(metrics: Mapping[str, Any]) -> str:
-    if not metrics["comparable"]:
-        return f"not comparable: {metrics['reason']}"
-    angles = next((value for name, value in metrics.items() if name.endswith("_at_deg")), None)
-    if angles is None:
-        errors = ((what, metrics[key]) for key, what in ERRORS.items() if metrics.get(key) is not None)
-        found = [f"{what} {value:+.1f} %" for what, value in errors]
-    else:
-        found = [f"{a['error_pct']:+.0f} % at {d} deg" for d, a in angles.items() if a["error_pct"] is not None]
-    found.append(f"rmse {metrics['rmse_pct_of_peak']:.1f} % of its peak")
-    return ", ".join([*found, _rating(metrics)])
-
-
-def print_results(outcomes: Sequence[Outcome], stream: TextIO | None = None, details: bool = True) -> None:
-    """Print table, checks, run folder and report on ``stream`` (standard output), and all notes if ``details`` are
-    wanted; a closed pipe is harmless.
-    """
+def print_results(outcomes: Sequence["Outcome"], stream: TextIO | None = None, details: bool = True) -> None:
+    """Print table, checks, folder and report on ``stream`` (standard output), with ``details`` all notes."""
     stream = stream or sys.stdout
     with _pipe_may_close(stream):
-        _print(outcomes, stream, details)
+        rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
+        columns = _filled_columns(rows)
+        for lines, styled in _tables([tuple(row[k] for k in columns) for row in [HEADER, *rows]], width):
+            if stream.isatty() and VERDICT in columns:
+                _print_coloured(lines, styled, stream)
+            else:
+                stream.write("\n".join(line for row in lines for line in row) + "\n")
+        below = _detailed(outcomes, rows) if details else _brief(outcomes)
+        stream.write("\n".join(["", *(part for line in below for part in wrapped(line, width))]) + "\n")
         stream.flush()
 
 
-def print_refused(outcomes: Sequence[Outcome], stream: TextIO | None = None) -> None:
-    """Say on ``stream`` (standard error) why a run was refused; for a quiet user, who sees no table."""
-    stream = stream or sys.stderr
-    with _pipe_may_close(stream):
-        for outcome in outcomes:
-            if outcome.quality.failures:
-                reasons = "; ".join(outcome.quality.failures)
-                line = f"knittest: {nearest(outcome.folder)}: comparison refused: {reasons}"
-                stream.write("\n".join(wrapped(line, width_of(stream))) + "\n")
-        stream.flush()
+def print_refused(outcomes: Sequence["Outcome"], stream: TextIO | None = None) -> None:
+    """Print on ``stream`` (standard error) why runs were not compared; for --quiet, which prints no table."""
+    failed = [outcome for outcome in outcomes if outcome.quality.failures]
+    print_text(
+        (f"knittest: {nearest(o.folder)}: not compared with the experiment: {'; '.join(o.quality.failures)}"
+         for o in failed),
+        stream or sys.stderr,
+    )  # fmt: skip
 
 
 def open_page(page: Path) -> None:
-    """Open ``page`` in a browser, or say on standard error that there is none."""
+    """Open ``page`` in a browser, or print on standard error that there is none."""
     import webbrowser
 
     if not webbrowser.open(page.resolve().as_uri()):
@@ -278,9 +228,7 @@ def print_json(payload: Mapping[str, object], stream: TextIO | None = None) -> N
 
 
 def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
-    """Print ``lines`` on ``stream`` (standard output), wrapped on a terminal; it need not know the sign ±, and a closed
-    pipe is harmless.
-    """
+    """Print ``lines`` on ``stream`` (standard output), wrapped on a terminal, with +- where it cannot show ±."""
     stream = stream or sys.stdout
     text = "".join(f"{part}\n" for line in lines for part in wrapped(line, width_of(stream)))
     with _pipe_may_close(stream):
@@ -288,56 +236,52 @@ def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
         stream.flush()
 
 
-def _print(outcomes: Sequence[Outcome], stream: TextIO, details: bool) -> None:
-    rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
-    shown = _saying(rows)
-    lines = _detailed(outcomes, rows) if details else _brief(outcomes)
-    for told, styled in _tables([tuple(row[k] for k in shown) for row in [HEADER, *rows]], width):
-        if stream.isatty() and VERDICT in shown:
-            _print_coloured(told, styled, stream)
-        else:
-            stream.write("\n".join(line for row in told for line in row) + "\n")
-    stream.write("\n".join(["", *(part for line in lines for part in wrapped(line, width))]) + "\n")
-
-
-def _brief(outcomes: Sequence[Outcome]) -> list[str]:
-    """The checks, at most :data:`MOST_WARNINGS` warnings that ask for something, the folder and the report."""
-    lines = [line for outcome in outcomes for line in curve_lines(outcome)]
+def _brief(outcomes: Sequence["Outcome"]) -> list[str]:
+    """The checks, at most :data:`MOST_WARNINGS` warnings, the run folder and the report."""
+    lines = [curve_line(metrics) for outcome in outcomes for metrics in outcome.curves]
     failed = [outcome for outcome in outcomes if outcome.quality.failures]
     if not failed:
         lines.append("quality checks: passed; --details shows their numbers, assumptions and notes")
     for outcome in failed:
-        lines.append(f"quality checks, {_name(outcome)}: FAILED, comparison refused")
+        lines.append(f"quality checks, {_name(outcome)}: FAILED, not compared with the experiment")
         lines += [f"  {reason}" for reason in outcome.quality.failures]
-    lines += [f"  {_looser(limit)}" for outcome in outcomes for limit in outcome.summary.get("limits", [])]
+    lines += [line for outcome in outcomes for line in _relaxed_limits(outcome)]
     warnings = _each_once(outcomes, lambda outcome: [w for w in outcome.quality.warnings if PASSED_NEAR not in w])
     lines += [f"warning: {text}" for text in warnings[:MOST_WARNINGS]]
-    left = len(warnings) - MOST_WARNINGS
-    if left > 0:
-        lines.append(f"{left} more warning{'s' * (left > 1)}: --details or the report")
+    more = len(warnings) - MOST_WARNINGS
+    if more > 0:
+        lines.append(f"{more} more warning{'s' * (more > 1)} in the report, or with --details")
     folders = [outcome.folder for outcome in outcomes]
     lines.append(f"run folder: {nearest(folders[0] if len(folders) == 1 else folders[0].parent)}")
-    pages = (page_of(folder) for folder in folders)
-    return [*lines, *dict.fromkeys(f"report: {nearest(page)}" for page in pages if page)]
+    return lines + _report_lines(outcomes)
 
 
-def _detailed(outcomes: Sequence[Outcome], rows: Sequence[tuple[str, ...]]) -> list[str]:
-    """All that is known of the rows: kinds, assumptions, numerical errors, state of rest, checks, folders, report."""
-    kinds, shown = {row[HEADER.index("kind")] for row in rows}, _saying(rows)
-    notes = [text for kind, text in KINDS.items() if kind in kinds] + ([] if VERDICT in shown else [NOTHING])
-    notes += [OF_MEANS] if any(_of_means(outcome) for outcome in outcomes) else []
-    notes += [line for outcome in outcomes if (line := assumed_line(outcome))]
-    notes += dict.fromkeys(line for outcome in outcomes if (line := band_line(outcome)))
-    lines = [*notes, *error_lines(outcomes), *(line for outcome in outcomes if (line := rest_told(outcome)))]
-    lines += [line for outcome in outcomes for line in (*curve_lines(outcome), *quality_lines(outcome))]
-    lines += [f"run folder: {nearest(outcome.folder)}" for outcome in outcomes]
-    pages = (page_of(outcome.folder) for outcome in outcomes)
-    lines += dict.fromkeys(f"report: {nearest(page)}" for page in pages if page)
-    return lines
+def _report_lines(outcomes: Sequence["Outcome"]) -> list[str]:
+    pages = [page for outcome in outcomes if (page := page_of(outcome.folder))]
+    return list(dict.fromkeys(f"report: {nearest(page)}" for page in pages))
 
 
-def _saying(rows: Sequence[tuple[str, ...]]) -> list[int]:
-    """Columns of :data:`HEADER` that say something of ``rows``: not that there is nothing, or no reference, in each."""
+def _detailed(outcomes: Sequence["Outcome"], rows: Sequence[tuple[str, ...]]) -> list[str]:
+    """All notes: kinds, assumptions, numerical errors, relaxed fabric, checks, folders, report."""
+    kinds_shown = {row[HEADER.index("kind")] for row in rows}
+    lines = [text for kind, text in KINDS.items() if kind in kinds_shown]
+    lines += [] if VERDICT in _filled_columns(rows) else [NOTHING]
+    lines += [OF_MEANS] if any(o.run.variability.specimens > 1 and o.summary["comparison"] for o in outcomes) else []
+    for outcome in outcomes:
+        if fields := assumed_inputs(outcome.summary, _rows(outcome)):
+            lines.append(f"assumed inputs behind these results, {_name(outcome)}: {', '.join(fields)}")
+    lines += dict.fromkeys(line for outcome in outcomes if (line := band_line(outcome)))
+    lines += error_lines(outcomes)
+    for outcome in outcomes:
+        if rest := outcome.summary.get("rest"):
+            lines.append(f"relaxed fabric, {_name(outcome)}: {rest_line(unfolded(rest))}")
+    for outcome in outcomes:
+        lines += [*map(curve_line, outcome.curves), *quality_lines(outcome)]
+    return [*lines, *(f"run folder: {nearest(outcome.folder)}" for outcome in outcomes), *_report_lines(outcomes)]
+
+
+def _filled_columns(rows: Sequence[tuple[str, ...]]) -> list[int]:
+    """Columns of :data:`HEADER` that are not empty, or without a reference, in all of ``rows``."""
     empty = {VERDICT: NO_REFERENCE}
     return [k for k in range(len(HEADER)) if k < min(EMPTY) or any(row[k] != empty.get(k, "-") for row in rows)]
 
@@ -345,9 +289,7 @@ def _saying(rows: Sequence[tuple[str, ...]]) -> list[int]:
 def _tables(
     rows: Sequence[tuple[str, ...]], width: int | None
 ) -> Iterator[tuple[list[list[str]], Sequence[tuple[str, ...]]]]:
-    """Lines of the table of ``rows``, a head and results, with the results; within a ``width`` a table of its own for
-    each run unless all fit one.
-    """
+    """Lines of the table of ``rows`` (a head and results) with the results; beyond ``width`` a table for each run."""
     header, rows = rows[0], rows[1:]
     names = list(dict.fromkeys(row[0] for row in rows))
     right = [column for column, name in enumerate(header) if name in _NUMBERS]
@@ -361,17 +303,16 @@ def _tables(
         yield table([head, *(row[1:] for row in own)], width, [column - 1 for column in right]), own
 
 
-def _print_coloured(told: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]], stream: TextIO) -> None:
-    """Print the lines of a head and of each of ``rows``, the verdict in its colour."""
+def _print_coloured(table_lines: Sequence[Sequence[str]], rows: Sequence[tuple[str, ...]], stream: TextIO) -> None:
     from rich.console import Console
     from rich.text import Text
 
     console = Console(file=stream, highlight=False, markup=False)
-    start = told[0][0].rindex(HEADER[VERDICT])
+    start = table_lines[0][0].rindex(HEADER[VERDICT])
     styles = ["bold", *(STYLES.get(row[-1], "red") for row in rows)]
-    for lines, style in zip(told, styles, strict=True):
+    for lines, style in zip(table_lines, styles, strict=True):
         for line in lines:
-            text = Text(line, style="bold" if lines is told[0] else "")
+            text = Text(line, style="bold" if lines is table_lines[0] else "")
             text.stylize(style, start)
             console.print(text, soft_wrap=True)
 
@@ -386,7 +327,7 @@ def _can_encode(text: str, stream: TextIO) -> bool:
 
 @contextmanager
 def _pipe_may_close(stream: TextIO) -> Iterator[None]:
-    """Swallow a broken pipe and point the stream at nothing, so that the interpreter's last flush works as well."""
+    """Ignore a broken pipe and point the stream at nothing, so that the interpreter's last flush works as well."""
     try:
         yield
     except BrokenPipeError:

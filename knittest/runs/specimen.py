@@ -1,6 +1,4 @@
-"""One specimen of a test end to end: geometry, model, simulation, results, quality, and its progress, log and
-checkpoints.
-"""
+"""Runs one specimen of a test: geometry, model, simulation, results, quality, with progress, log and checkpoints."""
 
 import time as clock
 from collections.abc import Callable
@@ -21,23 +19,23 @@ from knittest.kernels.threading import limited
 from knittest.laboratory.after_rest import KINETIC, LIMITS, SPEED, at_speed, check_speed
 from knittest.laboratory.base import Prepared, cut_curve_warnings
 from knittest.laboratory.report_base import TESTS
-from knittest.runs.checkpoints import SpecimenKeeper
+from knittest.runs.checkpoints import Checkpoints, SpecimenKeeper
 from knittest.solve.compiling import warm
 from knittest.solve.settled_cell import too_coarse, with_draw_in
 from knittest.solve.state import SILENT, TESTING, Observer, SimulationCost, Snapshot, TooFastError
 
-#: fact of a specimen: draw-in of its loops [-]
+#: fact of a specimen: loop shortening [-]
 DRAWN = "draw_in"
-#: quality of a specimen whose simulation did not come to its end
+#: quality of a specimen whose simulation ended early
 UNJUDGED = Quality(np.nan, np.nan, np.nan, np.nan, np.nan, False, ())
 #: lowest share of the configured speed
 SLOWEST = 0.1
-#: elements below which a second thread costs more than it brings
+#: elements below which a second thread costs more time than it saves
 SERIAL_BELOW = 2000
 
 
 def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-    """Build model and rig of specimen number ``specimen``; raises :class:`InputError` where its loops lock."""
+    """Build model and rig of specimen number ``specimen``; raises :class:`InputError` if its loops lock."""
     drawn = with_draw_in(run, _axial_share(run))
     prepared: Prepared = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
     draw_in = drawn.fabric.knitting.draw_in_fraction if run.model.scale == "meso" else None
@@ -45,15 +43,15 @@ def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepare
 
 
 def threads_for(elements: int) -> int:
-    """Number of threads for a model of ``elements``: one for a small one, else those that were set."""
+    """Number of threads for a model of ``elements``: one for a small model, else the configured number."""
     return 1 if elements < SERIAL_BELOW else numba.get_num_threads()
 
 
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
     """Build, compile, simulate and measure specimen number ``specimen``.
 
-    A test that lowers its speed restarts where it is too high (:mod:`knittest.laboratory.after_rest`). Raises
-    :class:`NumericalError`, whose ``partial`` is the specimen up to then.
+    Where the speed is too high, some tests restart at a lower one (:mod:`knittest.laboratory.after_rest`). Raises
+    :class:`NumericalError`, whose ``partial`` is the specimen up to the error.
     """
     start = clock.perf_counter(), clock.process_time()
     lowered = Lowered(observer.speed_share())
@@ -67,14 +65,14 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
 
 @dataclass(frozen=True)
 class Lowered:
-    """Share of the configured speed at which a specimen is run, and the ``reason`` where it is below 1."""
+    """Share of the configured speed at which a specimen is run, and the ``reason`` for a share below 1."""
 
     share: float
     reason: str = ""
 
     @property
     def restarts(self) -> tuple[str, ...]:
-        """Shares of energies by which the speed may be lowered further."""
+        """Energy ratios that may lower the speed further."""
         if self.share <= SLOWEST:
             return ()
         return tuple(LIMITS) if self.share == 1.0 else (KINETIC,)
@@ -83,9 +81,7 @@ class Lowered:
 def _run_at(
     configured: Run, lowered: Lowered, specimen: int, observer: Observer, begun: tuple[float, float]
 ) -> Specimen:
-    """:func:`run_specimen` at the speed of ``lowered``; ``begun`` are the times of the clock and of the processor [s]
-    at the start. Raises :class:`TooFastError` if the speed may be lowered further.
-    """
+    """Run a specimen at the speed of ``lowered``; ``begun``: wall and processor time [s] at the start of all tries."""
     run, (start, cpu) = at_speed(configured, lowered.share * configured.solver.speed), begun
     test = TESTS[run.rig.kind]
     lowers = test.lowers_speed and run.model.scale == "meso"
@@ -96,9 +92,15 @@ def _run_at(
     compile_s = warm(run, observer, threads)
 
     def made(history: History, cost: SimulationCost, results: dict[str, float], quality: Quality) -> Specimen:
-        spent = clock.perf_counter() - start, clock.process_time() - cpu
-        costs = _cost(cost, elements, spent, compile_s, prepared, threads)
-        rest = _rest(run, prepared, history)
+        costs = Cost(
+            clock.perf_counter() - start, clock.process_time() - cpu, compile_s, prepared.geometry_s, cost.steps,
+            elements, cost.steps * elements / max(cost.advance_s, 1e-9), cost.threads or threads, 1e3 * cost.time_step,
+        )  # fmt: skip
+        rest = {}
+        if history.rest is not None:
+            draw_in = prepared.facts.get(DRAWN)
+            munden = Munden.of(CellSpec.of(run.fabric), draw_in or 0.0)
+            rest = rest_numbers(history.rest, munden.courses, munden.stitches, draw_in)
         return Specimen(history, results, quality, costs, prepared.yarns, prepared.facts, rest)
 
     try:
@@ -109,14 +111,17 @@ def _run_at(
             history, cost = error.partial
             history = test.finish(run, prepared, history)
             results: dict[str, float] = dict(speed)
-            with suppress(Exception):  # pictures read some; others need the end of the test
+            with suppress(Exception):  # some pictures need results; some results need the end of the test
                 results = test.results(run, prepared, history) | speed
             error.partial = made(history, cost, results, replace(UNJUDGED, failures=(str(error),)))
         raise
-    quality = _assessed(run, prepared, history, cost)
+    quality = limits_judged(run, test.assess(run, prepared, history, cost))
+    if coarse := too_coarse(run, _axial_share(run)):
+        quality = quality.refusing(coarse)
+    quality = quality.warning(*cut_curve_warnings(run))
     check_speed(run, prepared.restarts, quality)
     if lowered.share < 1.0:
-        why = lowered.reason or "a share of the energies exceeded its limit"
+        why = lowered.reason or "an energy ratio exceeded its limit"
         quality = quality.warning(
             f"run at {run.solver.speed:.3g} m/s instead of {configured.solver.speed:g} m/s (solver.speed): {why}"
         )
@@ -124,100 +129,58 @@ def _run_at(
     return made(history, cost, results, quality)
 
 
-def _rest(run: Run, prepared: Prepared, history: History) -> dict[str, float]:
-    """Numbers of the state of rest that yarns started from; none of shells."""
-    if history.rest is None:
-        return {}
-    draw_in = prepared.facts.get(DRAWN)
-    munden = Munden.of(CellSpec.of(run.fabric), draw_in or 0.0)
-    return rest_numbers(history.rest, munden.courses, munden.stitches, draw_in)
-
-
-def _assessed(run: Run, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
-    """Gates of the test, its limits and the mesh its yarns settled on, and warnings of what its material leaves out."""
-    quality = limits_judged(run, TESTS[run.rig.kind].assess(run, prepared, history, cost))
-    if reason := too_coarse(run, _axial_share(run)):
-        quality = quality.refusing(reason)
-    return replace(quality, warnings=(*quality.warnings, *cut_curve_warnings(run)))
-
-
 def _axial_share(run: Run) -> float:
-    """Share of their axial stiffness that yarns keep in tests that pull none."""
+    """Share of the axial stiffness that yarns keep in tests without tension."""
     return getattr(run.rig, "membrane_share", None) or 1.0
 
 
-def _cost(
-    cost: SimulationCost,
-    elements: int,
-    spent: tuple[float, float],
-    compile_s: float,
-    prepared: Prepared,
-    threads: int,
-) -> Cost:
-    speed = cost.steps * elements / max(cost.advance_s, 1e-9)
-    used = cost.threads or threads
-    return Cost(*spent, compile_s, prepared.geometry_s, cost.steps, elements, speed, used, 1e3 * cost.time_step)
-
-
-#: takes a line of a run's log: the name of an event, and its fields by keyword
+#: writes a line of a run's log: the name of an event, and its fields by keyword
 Log = Callable[..., None]
 
 
-class Watcher(Observer):
-    """See :class:`Observer`; ``label`` is what phases are shown under, ``until_failure`` whether a failure of the
-    specimen ends its test, ``log`` takes lines of the run's log.
-    """
+class Watcher(SpecimenKeeper):
+    """Keeper that shows phases and progress under ``label`` and logs; ``until_failure``: a failure ends the test."""
 
-    def __init__(self, label: str, until_failure: bool, progress: Progress, log: Log, keeper: SpecimenKeeper) -> None:
-        self._label, self._until_failure = label, until_failure
-        self._progress, self._log, self._keeper = progress, log, keeper
+    def __init__(
+        self, store: Checkpoints, specimen: int, label: str, until_failure: bool, progress: Progress, log: Log
+    ) -> None:
+        super().__init__(store, specimen)
+        self._label, self._until_failure, self._progress, self._log = label, until_failure, progress, log
 
     def phase(self, text: str) -> None:
-        """Show it."""
+        """Show the phase."""
         until_failure = self._until_failure and text == TESTING
         self._progress.phase(f"{self._label}: {text}", until_failure=until_failure)
 
     def overlaps(self, found: Overlaps) -> None:
-        """Log which yarns overlap, if any do."""
+        """Log overlapping yarns."""
         if found.largest > 0.0:
             self._log(
-                "overlap", number=self._keeper.specimen, contacts=found.count,
+                "overlap", number=self.specimen, contacts=found.count,
                 largest_pct=round(100.0 * found.largest, 3), worst=found.worst,
             )  # fmt: skip
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Show it."""
+        """Show the progress."""
         self._progress.update(fraction, time_ms, step_us, kinetic_ratio)
 
     def settling(self, fraction: float) -> None:
-        """Show it."""
+        """Show the progress."""
         self._progress.update(fraction, nan, nan, nan)
 
     def resume_from(self) -> Snapshot | None:
-        """Return the checkpoint that was found, and log it."""
-        found = self._keeper.resume_from()
+        """Return the newest checkpoint, and log it."""
+        found = super().resume_from()
         if found is not None:
-            self._log("goes on", number=self._keeper.specimen, at_ms=found.time)
+            self._log("goes on", number=self.specimen, at_ms=found.time)
         return found
 
     def resumed(self, fraction: float, time_ms: float) -> None:
-        """Tell the user."""
-        self._progress.say(f"{self._label}: goes on at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
+        """Print where the run is resumed."""
+        self._progress.say(f"{self._label}: resumed at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
 
-    def speed_share(self) -> float:
-        """Return that of the newest checkpoint."""
-        return self._keeper.speed_share()
-
-    def restarts(self, share: float, reason: str) -> None:
-        """Tell the user, and discard the checkpoints."""
-        self._log("restart", number=self._keeper.specimen, share=share, reason=reason)
+    def restarts(self, share: float, reason: str = "") -> None:
+        """Print the reason, and discard the checkpoints."""
+        self._log("restart", number=self.specimen, share=share, reason=reason)
         self._progress.say(f"{self._label}: {reason}")
-        self._keeper.restarts(share)
-
-    def visit(self, take: Callable[[], Snapshot]) -> None:
-        """Write a checkpoint when it is due; raise for a signal."""
-        self._keeper.visit(take)
-
-    def failed(self, take: Callable[[], Snapshot]) -> None:
-        """Write the state as it is."""
-        self._keeper.failed(take)
+        super().restarts(share)

@@ -1,4 +1,4 @@
-"""Files of a run folder: tables, frames, pictures, summary, and the comparison of its specimens with the experiment."""
+"""Files of a run folder: tables, frames, pictures, summary, and the comparison of the run with the experiment."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -10,7 +10,7 @@ from knittest.base.figure import printed, stamped
 from knittest.base.files import data_dir
 from knittest.base.history import Cost, Quality, Specimen, peaks_beyond
 from knittest.base.kinds import kinds
-from knittest.base.summary import Summary, Unjudged
+from knittest.base.summary import Summary
 from knittest.config.doubtful import doubts
 from knittest.config.run import Run
 from knittest.experiment.compare import compare_columns, compare_results
@@ -20,16 +20,13 @@ from knittest.export import meshes
 from knittest.export.folder import RunFolder
 from knittest.export.summary import build_summary, ensemble_results
 from knittest.laboratory.given_data import own_curves
-from knittest.laboratory.report_base import REPORTS, CurveAxes, References, run_stamp
+from knittest.laboratory.report_base import REPORTS, References, run_stamp
 from knittest.runs.options import RunOptions
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """summary.json and comparison.json of a run, and the quality of its worst specimen.
-
-    ``own``: metrics of the user's curves, none where the comparison is refused.
-    """
+    """summary.json, comparison.json, quality of the worst specimen, and metrics of the user's ``own`` curves."""
 
     summary: Summary
     comparison: dict[str, object]
@@ -38,29 +35,21 @@ class Judgement:
 
 
 def references_of(run: Run, against: Sequence[Path]) -> References:
-    """References of ``run``: published rows, the reference curve, curves of the user's."""
-    return replace(_references(run), own=own_curves(run, against))
-
-
-def _references(run: Run) -> References:
-    """Published rows and the reference curve of the fabric's experiment, if it names one."""
-    fabric = run.fabric
-    if fabric.experiment is None or fabric.experiment_variant is None:
-        return References()
-    quantities = kinds()[run.rig.kind].published
-    report = REPORTS[run.rig.kind]
-    rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
-    return References(report.scaled(run, rows), report.reference_curve(run), apart=report.apart(run, rows))
+    """References of ``run``: published rows and curve of the fabric's experiment, and the user's curves ``against``."""
+    fabric, report, references = run.fabric, REPORTS[run.rig.kind], References()
+    if fabric.experiment is not None and fabric.experiment_variant is not None:
+        quantities = kinds()[run.rig.kind].published
+        rows = published(data_dir() / fabric.experiment, fabric.experiment_variant, run.direction, quantities)
+        references = References(report.scaled(run, rows), report.reference_curve(run), apart=report.apart(run, rows))
+    return replace(references, own=own_curves(run, against))
 
 
 def judge(run: Run, specimens: list[Specimen], references: References, forced: Sequence[str] = ()) -> Judgement:
-    """Compare the mean of ``specimens`` with ``references``, unless a gate of one of them refuses it; the quality warns
-    of changes under which they were gone on with, ``forced``.
-    """
+    """Compare the mean of ``specimens`` with ``references`` unless a check fails; warn of ``forced`` changes."""
     quality, cost = _worst([s.quality for s in specimens]), _total([s.cost for s in specimens])
     quality = quality.warning(*references.apart, *doubts(run))
     if forced:
-        quality = quality.warning(f"gone on with by --force, although {'; '.join(forced)}")
+        quality = quality.warning(f"resumed with --force although {'; '.join(forced)}")
     results = [s.results for s in specimens]
     means = ensemble_results(results)
     kind_of = {row.quantity: row_kind(run, row.quantity) for row in references.rows}
@@ -70,22 +59,18 @@ def judge(run: Run, specimens: list[Specimen], references: References, forced: S
         row["assumed"] = guessed
     refused, curves = quality.failures, list[dict[str, object]]()
     report = REPORTS[run.rig.kind]
+    axes = report.axes
     if not refused:
         columns = report.for_nominal_size(run, report.curve(specimens))
-        curves = [compare_columns(columns, curve, report.axes.reach) for curve in references.curves]
+        curves = [compare_columns(columns, curve, axes.reach) for curve in references.curves]
     comparison: dict[str, object] = {"refused": list(refused), "rows": [] if refused else rows, "curves": curves}
     alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}
     summary = build_summary(run, results, quality, cost, rows, alone, guessed, [s.rest for s in specimens])
-    if beyond := _peaks_beyond(report.axes, specimens):
-        summary["unjudged"] = beyond
+    if axes.peak:  # quality checks of this test end at the first failure
+        beyond = peaks_beyond([s.history for s in specimens], axes.x, [s.results[axes.peak] for s in specimens])
+        if beyond:
+            summary["unjudged"] = beyond
     return Judgement(summary, comparison, quality, curves[len(curves) - len(references.own) :])
-
-
-def _peaks_beyond(axes: CurveAxes, specimens: list[Specimen]) -> Unjudged | None:
-    """Peaks beyond the first failure, of a test whose gates judge up to it."""
-    if not axes.peak:
-        return None
-    return peaks_beyond([s.history for s in specimens], axes.x, [s.results[axes.peak] for s in specimens])
 
 
 def _worst(qualities: list[Quality]) -> Quality:
@@ -102,7 +87,6 @@ def _worst(qualities: list[Quality]) -> Quality:
 
 
 def _total(costs: list[Cost]) -> Cost:
-    """Sums of times and steps over the specimens."""
     seconds = sum(c.steps * c.elements / c.element_steps_per_s for c in costs)
     return replace(
         costs[0],
@@ -114,13 +98,8 @@ def _total(costs: list[Cost]) -> Cost:
 def write_incomplete(
     run: Run, specimens: list[Specimen], references: References, reason: str, folder: RunFolder, options: RunOptions
 ) -> None:
-    """Write what a run has that ended early for ``reason``: tables, frames, pictures; no results.
-
-    From the first picture on that needs the end of the test they are left out, and the log says so.
-    """
-    _write_tables(run, specimens, folder)
-    if options.frames:
-        _write_frames(run, specimens[0], folder)
+    """Write tables, frames and the possible pictures, but no results, of a run that ended early for ``reason``."""
+    _write_tables(run, specimens, folder, options)
     if not options.pictures:
         return
     report, drawn = REPORTS[run.rig.kind], kinds()[run.rig.kind].pictures
@@ -142,11 +121,9 @@ def write_files(
 ) -> None:
     """Write everything of the run folder; pictures and frames show the first specimen."""
     report = REPORTS[run.rig.kind]
-    _write_tables(run, specimens, folder)
+    _write_tables(run, specimens, folder, options)
     for name, columns in report.tables(run, specimens).items():
         folder.write_table(name, columns)
-    if options.frames:
-        _write_frames(run, specimens[0], folder)
     if options.pictures:
         with stamped(run_stamp(run, judgement.summary["refused"])), printed(options.printing):
             report.pictures(run, specimens, references, folder.path)
@@ -154,16 +131,14 @@ def write_files(
     folder.write_json("summary.json", judgement.summary)
 
 
-def _write_tables(run: Run, specimens: list[Specimen], folder: RunFolder) -> None:
-    """Write the tables that every test has."""
-    first = specimens[0]
-    folder.write_table("curve.csv", REPORTS[run.rig.kind].curve(specimens))
+def _write_tables(run: Run, specimens: list[Specimen], folder: RunFolder, options: RunOptions) -> None:
+    """Write the tables that every test has, and the frames of the first specimen."""
+    first, report = specimens[0], REPORTS[run.rig.kind]
+    folder.write_table("curve.csv", report.curve(specimens))
     folder.write_table("energies.csv", first.history.energies)
     if first.history.contacts:
         folder.write_table("contacts.csv", first.history.contacts)
     if first.yarns:
         folder.write_table("yarns.csv", first.yarns)
-
-
-def _write_frames(run: Run, specimen: Specimen, folder: RunFolder) -> None:
-    meshes.write_frames(folder.path, specimen.history, REPORTS[run.rig.kind].bodies(run, specimen))
+    if options.frames:
+        meshes.write_frames(folder.path, first.history, report.bodies(run, first))

@@ -25,7 +25,7 @@ def test_widened_gates_refuse_are_marked_and_stay_so_in_the_folders_config(tmp_p
         ("solver.max_energy_error", 10.0, 2.0, False),
     ]
     assert summary["comparison"] == [] and sum("--accept-limits" in reason for reason in summary["refused"]) == 2
-    assert "Looser than the preset: solver.max_kinetic_ratio = 100 %, the preset&#39;s is 5 %; not accepted" in page
+    assert "Relaxed limit: solver.max_kinetic_ratio = 100 % (preset 5 %), not accepted" in page
     assert json.loads((folder / "manifest.json").read_text())["exit_code"] == 3
     again = [*STRIP, "--config", str(folder / "config.yaml")]
     assert run([*again, "--out", str(tmp_path / "b")]) == 3

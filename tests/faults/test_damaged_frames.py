@@ -69,7 +69,7 @@ def test_without_file_and_copy_the_checkpoint_before_it_serves(folder):
         (folder / name).write_bytes(b"no")
     store, said = found(folder)
     assert store.reached == 5.0
-    assert any("trying the checkpoint before it" in text for text in said)
+    assert any("the previous checkpoint is tried" in text for text in said)
     store.tidy()
     assert names(folder, 3) == [] and len(names(folder, 2)) == 2
 

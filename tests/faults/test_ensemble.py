@@ -160,6 +160,6 @@ def test_a_specimen_whose_checkpoints_are_lost_is_run_again_and_the_others_go_on
     for path in left.glob("checkpoint-0001-*.npz"):
         path.write_bytes(b"no")
     code, said = run("resume", str(left), threads=2)
-    assert code in (0, 3) and "nothing kept of specimen 2 can be read; it is run again" in said
+    assert code in (0, 3) and "no file of specimen 2 can be read; the specimen is run again" in said
     assert [line["number"] for line in logged(left, "goes on")] == [0]
     assert_same(left, alone)

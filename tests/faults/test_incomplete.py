@@ -20,41 +20,40 @@ REST = {"pull-out": pull_out.REST, "compaction": compaction.REST}
 COMMAND = ["tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp", "--quiet"]
 
 
+WHY = "the energy balance is off by 12 %"
+
+
+def end_at(patch, row):
+    """Let a check of the numbers end every run at its ``row``."""
+
+    def stop(run):
+        if len(run.rows) == row:
+            raise NumericalError(WHY)
+
+    patch.setattr(simulate, "check_balance", stop)
+
+
 @pytest.fixture
 def ended(tmp_path, monkeypatch, capfd):
     """Folder of a run that ends at row :data:`ROWS`; then nothing ends it any more."""
     with monkeypatch.context() as spoilt:
-
-        def stop(run):
-            if len(run.rows) == ROWS:
-                raise NumericalError("the energy balance is off by 12 %")
-
-        spoilt.setattr(simulate, "check_balance", stop)
-        code = knittest([*COMMAND, "--out", str(tmp_path / "r")])
-    assert code == NumericalError.exit_code
-    assert f"the curve until then is in {tmp_path / 'r'}" in capfd.readouterr().err
+        end_at(spoilt, ROWS)
+        assert knittest([*COMMAND, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
+    assert f"the curve up to then is in {tmp_path / 'r'}" in capfd.readouterr().err
     return tmp_path / "r"
 
 
-def test_it_keeps_its_curve_its_pictures_and_a_page(ended):
+def test_it_keeps_its_curve_its_pictures_and_a_page_until_it_is_resumed(ended):
     names = {path.name for path in ended.iterdir()}
-    kept = {"curve", "energies", "contacts"}
-    assert {f"{name}.incomplete.csv" for name in kept} <= names
+    assert {f"{name}.incomplete.csv" for name in ("curve", "energies", "contacts")} <= names
     assert {"curve.incomplete.png", "deformed.incomplete.png", "frames.pvd", "report.html"} <= names
     assert not names & {"summary.json", "comparison.json", "curve.csv", "energies.csv", "curve.png", "deformed.png"}
     manifest = json.loads((ended / "manifest.json").read_text())
     assert (manifest["status"], manifest["exit_code"]) == ("failed", NumericalError.exit_code)
     curve, energies = (pd.read_csv(ended / f"{name}.incomplete.csv") for name in ("curve", "energies"))
     assert len(energies) == ROWS and np.all(np.diff(curve["strain_pct"]) > 0.0) and curve["force_n"].iloc[-1] > 0.0
-
-
-def test_its_page_shows_the_part_and_says_that_it_is_one(ended):
     page = (ended / "report.html").read_text()
-    assert "This run failed: the energy balance is off by 12 %" in page
-    assert "not complete" in page and "deformed.incomplete.png" in page
-
-
-def test_it_goes_on_and_leaves_nothing_incomplete(ended):
+    assert f"This run failed: {WHY}" in page and "incomplete" in page and "deformed.incomplete.png" in page
     assert knittest(["resume", str(ended), "--quiet"]) in (0, NumericalError.exit_code)
     names = {path.name for path in ended.iterdir()}
     assert {"summary.json", "curve.csv", "deformed.png", "report.html"} <= names
@@ -74,14 +73,10 @@ def test_a_run_that_ends_before_its_first_row_keeps_nothing(tmp_path, monkeypatc
 
 
 def test_both_directions_have_one_page_where_one_of_them_ends_early(tmp_path, monkeypatch):
-    def stop(run):
-        if len(run.rows) == ROWS:
-            raise NumericalError("the energy balance is off by 12 %")
-
-    monkeypatch.setattr(simulate, "check_balance", stop)
+    end_at(monkeypatch, ROWS)
     command = [part for part in COMMAND if part not in ("--direction", "warp")]
     assert knittest([*command, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
-    assert "the energy balance is off by 12 %" in (tmp_path / "r" / "report.html").read_text()
+    assert WHY in (tmp_path / "r" / "report.html").read_text()
 
 
 @pytest.mark.parametrize(
@@ -94,13 +89,8 @@ def test_both_directions_have_one_page_where_one_of_them_ends_early(tmp_path, mo
     ids=lambda value: value[0] if isinstance(value, list) else "",
 )
 def test_a_part_has_the_columns_of_its_test_and_begins_where_that_does(tmp_path, monkeypatch, command, columns):
-    """The stage in which yarns come to rest is not part of the curve."""
-
-    def stop(run):
-        if len(run.rows) == ENDED[command[0]]:
-            raise NumericalError("the energy balance is off by 12 %")
-
-    monkeypatch.setattr(simulate, "check_balance", stop)
+    """The stage before the initial equilibrium is not part of the curve."""
+    end_at(monkeypatch, ENDED[command[0]])
     folder = tmp_path / "r"
     options = ["--variant", "1", "--preset", "quick", "--quiet", "--no-pictures", "--out", str(folder)]
     assert knittest([*command, *options]) == NumericalError.exit_code
@@ -111,15 +101,11 @@ def test_a_part_has_the_columns_of_its_test_and_begins_where_that_does(tmp_path,
 
 
 def test_a_disk_that_fails_leaves_the_reason_of_the_run(tmp_path, monkeypatch, capfd):
-    def stop(run):
-        if len(run.rows) == ROWS:
-            raise NumericalError("the energy balance is off by 12 %")
-
     def full(*_):
         raise OSError("no space left on device")
 
-    monkeypatch.setattr(simulate, "check_balance", stop)
+    end_at(monkeypatch, ROWS)
     monkeypatch.setattr(execute, "write_incomplete", full)
     assert knittest([*COMMAND, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
-    assert "the energy balance is off by 12 %" in capfd.readouterr().err
+    assert WHY in capfd.readouterr().err
     assert "no space left on device" in (tmp_path / "r" / "log.jsonl").read_text()

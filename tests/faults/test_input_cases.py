@@ -1,6 +1,6 @@
-"""Reliability cases 2 to 19 and 21 as a user meets them: the command's exit code and message, and no traceback.
+"""Input faults as a user meets them: the exit code and message of the command, and no traceback.
 
-Cases 1 and 6 are in tests/cli, the readers' own tests in test_yaml_loader, test_yaml_fields and test_lab_csv.
+The readers' own tests are in test_yaml_loader, test_yaml_fields and test_lab_csv.
 """
 
 import json
@@ -17,44 +17,25 @@ from knittest.config.yaml_loader import MAX_BYTES, MAX_DEPTH
 from knittest.experiment import curves, lab_rows
 
 V1 = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")
-BOMB = "a: &a [x, x]\nb: &b [*a, *a]\nc: [*b, *b]\n"
 WIDTH = "rig:\n  width: "
 
+#: a case of each kind that the reader's own tests hold in full
 RIGS = {
     "02 duplicate key": (WIDTH + "50\n  width: 60\n", "rig.yaml:3: rig.width: duplicate key, first given in line 2"),
-    "03 twelve thirty": (WIDTH + "12:30:45\n", "rig.yaml:2: rig.width = '12:30:45': expected a number in mm"),
-    "03 no is text": (WIDTH + "no\n", "rig.yaml:2: rig.width = 'no': expected a number in mm"),
-    "04 nan": (WIDTH + ".nan\n", "rig.yaml:2: '.nan': expected a finite number"),
     "04 infinite": (WIDTH + "-.inf\n", "rig.yaml:2: '-.inf': expected a finite number"),
     "05 true": (WIDTH + "true\n", "rig.yaml:2: rig.width = true: expected a number in mm, found true"),
-    "07 alias bomb": (BOMB, "rig.yaml:1: anchors and aliases are not allowed"),
-    "08 merge key": ("rig:\n  <<: {width: 50}\n", "rig.yaml:2: merge keys (<<) are not allowed"),
+    "07 alias": ("a: &a [x, x]\nb: &b [*a, *a]\n", "rig.yaml:1: anchors and aliases are not allowed"),
     "09 deep nesting": ("rig: " + "[" * 5000, f"rig.yaml:1: nested deeper than {MAX_DEPTH} levels"),
-    "09 huge integer": (WIDTH + "9" * 6000, "rig.yaml:2: '999999"),
     "09 oversized file": ("#" * MAX_BYTES + "\n", "rig.yaml: larger than 1000 kB"),
     "10 tag": (WIDTH + "!!python/object/apply:os.system [ls]", "rig.yaml:2: tags are not allowed"),
     "10 not UTF-8": ("rig:\n  # größe\n".encode("latin-1"), "rig.yaml:2: not UTF-8 text"),
-    "10 empty": ("", "rig.yaml:1: the file is empty"),
-    "10 two documents": ("rig: {}\n---\nrig: {}\n", "rig.yaml:2: expected one YAML document"),
-    "13 metres for mm": ("rig:\n  gauge_length: 0.2\n", "implausible, expected 5 to 2000 mm (it looks like m: 200 mm)"),
-    "14 width below zero": (WIDTH + "-5\n", "rig.yaml:2: rig.width = -5: must be greater than 0 mm"),
 }
 
 FABRICS = {
-    "11 path out": ("pham2019/curves/tensile-v1-warp.csv", "/etc/passwd", "'/etc/passwd': expected a path in"),
     "11 path up": ("pham2019/curves/tensile-v1-warp.csv", "../../../../etc/passwd", "expected a path in"),
-    "11 link": ("pham2019/curves/tensile-v1-warp.csv", "link.csv", "expected a path in"),
-    "12 path as name": ("name: pham2019-v1", "name: ../../x", "fabric.name = '../../x': expected letters, digits"),
     "12 HTML as name": ("name: pham2019-v1", "name: <script>", "fabric.name = '<script>': expected letters, digits"),
     "13 MPa for GPa": ("value: 59.3", "value: 59300", "(it looks like MPa: 59.3 GPa)"),
-    "13 kg for g": ("value: 824.2", "value: 0.8242", "(it looks like kg/m2: 824.2 g/m2"),
-    "14 modulus zero": ("value: 59.3", "value: 0", "must be greater than 0 GPa"),
     "14 friction below zero": ("value: 0.3,", "value: -0.1,", "must be at least 0"),
-    "14 curve that falls": (
-        "  law: {kind: linear}",
-        "  law: {kind: table, points: [[0, 0], [1, 5], [2, 4]]}",
-        "stresses must not fall",
-    ),
 }
 
 TABLES = {
@@ -106,7 +87,6 @@ def test_rig_file(refused, tmp_path, case):
 @pytest.mark.parametrize("case", FABRICS)
 def test_fabric_file(refused, tmp_path, case):
     old, new, phrase = FABRICS[case]
-    (tmp_path / "link.csv").symlink_to("/etc/passwd")
     fabric = written(tmp_path / "fabric.yaml", V1.replace(old, new, 1))
     said = refused("tensile", "--fabric", fabric, "--parameters", "as-measured")
     assert phrase in said

@@ -93,7 +93,7 @@ def test_a_signal_in_the_simulation_writes_a_checkpoint(tmp_path, whole):
     newest.write_bytes(newest.read_bytes()[:-100])  # and the newest is lost on the way
     code, error = run("resume", str(folder))
     assert code in (0, 3), error
-    assert f"{newest.name} cannot be read" in error and "checkpoint before" in error
+    assert f"{newest.name} cannot be read" in error and "previous checkpoint" in error
     assert [at > 0.0 for at in resumed_at(folder)] == [True]
     assert results(folder) == whole("macro")
 

@@ -103,7 +103,7 @@ def test_force_goes_on_and_is_recorded(stopped, monkeypatch, folders):
     notes = json.loads((stopped / "manifest.json").read_text())["resumed"][-1]
     assert notes["forced"] == ["solver.damping was 0.5, is 0.6"] and notes["at_ms"] > 0.0
     assert results(stopped) != results(folders / "whole")
-    said = "gone on with by --force, although solver.damping was 0.5, is 0.6"
+    said = "resumed with --force although solver.damping was 0.5, is 0.6"
     assert said in json.loads((stopped / "summary.json").read_text())["warnings"]
     forced, whole = (
         np.loadtxt(folder / "energies.csv", delimiter=",", skiprows=1) for folder in (stopped, folders / "whole")

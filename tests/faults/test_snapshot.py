@@ -12,14 +12,10 @@ from knittest.solve.state import Observer
 SETS = {
     "macro": ["solver.speed=1", "output.frames=3", "output.samples=40"],
     "meso": [
-        "rig.width=10",
-        "rig.gauge_length=10",
-        "solver.ramp=0.1",
-        "solver.speed=1",
-        "output.frames=3",
+        "rig.width=10", "rig.gauge_length=10", "solver.ramp=0.1", "solver.speed=1", "output.frames=3",
         "output.samples=41",
     ],
-}
+}  # fmt: skip
 SETS["ellipses"] = [*SETS["meso"], *(f"{field}={value}" for field, value in ellipses().items())]
 
 

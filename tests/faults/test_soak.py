@@ -48,12 +48,8 @@ def test_a_process_left_behind_is_found_and_ended(tmp_path, monkeypatch):
 
 
 def test_who_listens_to_signals():
-    listens = [
-        sys.executable,
-        "-c",
-        "import signal, time; signal.signal(10, lambda *a: 0); print(flush=True); time.sleep(60)",
-    ]
-    with subprocess.Popen(listens, stdout=subprocess.PIPE) as process:
+    work = "import signal, time; signal.signal(10, lambda *a: 0); print(flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", work], stdout=subprocess.PIPE) as process:
         process.stdout.readline()
         assert (catches(process.pid, 10), catches(process.pid, 15)) == (True, False)
         process.kill()

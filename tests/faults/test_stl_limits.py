@@ -41,10 +41,8 @@ def test_as_many_as_allowed_are_read(tmp_path, monkeypatch):
     monkeypatch.setattr(surface, "MOST_TRIANGLES", 2)
     facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
     for count in (1, 2, 3):
-        ascii_file, binary_file = tmp_path / "a.stl", tmp_path / "b.stl"
-        ascii_file.write_text(f"solid s\n{facet * count}endsolid s\n")
-        write(binary_file, np.repeat(CORNERS, count, axis=0))
-        for path in (ascii_file, binary_file):
+        (tmp_path / "a.stl").write_text(f"solid s\n{facet * count}endsolid s\n")
+        for path in (tmp_path / "a.stl", write(tmp_path / "b.stl", np.repeat(CORNERS, count, axis=0))):
             if count <= 2:
                 assert len(read_stl(path).triangles) == count
             else:

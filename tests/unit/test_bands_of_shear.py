@@ -44,7 +44,7 @@ def test_the_page_of_a_frame_has_the_table_and_says_that_it_is_not_this_run(monk
     )  # fmt: skip
     (section,) = studies(run)
     table, note = section.blocks
-    assert "not this run" in table.caption and len(table.rows) == 4 and "the stamp too" in note.text
+    assert "not this run" in table.caption and len(table.rows) == 4 and "force of the stamp" in note.text
     run.rig = "tensile"
     assert studies(run) == []
 

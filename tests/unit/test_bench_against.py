@@ -18,20 +18,20 @@ TINY = "tensile --variant 1 --scale macro --direction warp --set rig.gauge_lengt
 
 def test_curves_differ_in_percent_of_their_largest_value() -> None:
     old = np.array([[0.0, 0.0], [1.0, 50.0], [2.0, -200.0]])
-    assert difference(old, old.copy()) == "the same"
+    assert difference(old, old.copy()) == "identical"
     new = old.copy()
     new[1, 1] = 51.0
     assert difference(old, new) == "off by 0.5 %"
-    assert difference(old, new[:2]) == "2 rows for 3"
+    assert difference(old, new[:2]) == "2 rows, not 3"
     new = old.copy()
     new[1, 1] = np.nan
-    assert difference(old, new) == difference(new, old) == "other gaps"
+    assert difference(old, new) == difference(new, old) == "gaps differ"
 
 
 def test_a_checkout_beside_itself_has_the_same_curve(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench_against, "CASES", {"strip": TINY})
     *_, line = paired_lines(HERE, 1)
-    found = re.fullmatch(r"strip +(\S+) +(\S+) \((\S+) to (\S+)\) +(\S+) +the same", line)
+    found = re.fullmatch(r"strip +(\S+) +(\S+) \((\S+) to (\S+)\) +(\S+) +identical", line)
     assert found, line
     speed, *ratios = map(float, found.groups())
     assert speed > 0.0 and all(0.05 < ratio < 20.0 for ratio in ratios)
@@ -44,7 +44,7 @@ def test_the_ratio_is_of_this_one_over_the_other(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(bench_against, "checkout", lambda path: path)
     monkeypatch.setattr(bench_against, "_timed", lambda place, command: runs[place == HERE])
     *_, line = paired_lines(Path("other"), 3)
-    assert line.split() == ["strip", "3", "3.00", "(3.00", "to", "3.00)", "4.00", "the", "same"]
+    assert line.split() == ["strip", "3", "3.00", "(3.00", "to", "3.00)", "4.00", "identical"]
 
 
 def test_what_is_no_checkout_or_fails_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

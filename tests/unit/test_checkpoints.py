@@ -32,15 +32,10 @@ def names(folder) -> set[str]:
     return {path.name for path in folder.glob("checkpoint-*") if "frame" not in path.name}
 
 
-def test_each_keeps_its_newest_two_and_a_finished_one_takes_only_its_own_away(folder):
-    assert names(folder) == {
-        "checkpoint-specimen-0000.npz", "checkpoint-0001-0002.npz", "checkpoint-0001-0003.npz",
-        "checkpoint-0002-0001.npz",
-    }  # fmt: skip
+def test_each_keeps_its_newest_two_and_resumes_from_its_own(folder):
+    kept = {"checkpoint-0001-0002.npz", "checkpoint-0001-0003.npz", "checkpoint-0002-0001.npz"}
+    assert names(folder) == kept | {"checkpoint-specimen-0000.npz"}
     assert len(list(folder.glob("checkpoint-frame-*"))) == 4
-
-
-def test_each_goes_on_from_its_own(folder):
     store = Checkpoints(folder, {"version": "1"}, 1.0)
     for specimen, time in ((1, 6.0), (2, 2.0)):
         with store.keeping(specimen) as keeper:
@@ -55,7 +50,7 @@ def test_a_change_since_any_of_them_is_refused(folder):
     store = Checkpoints(folder, {"version": "1"}, 1.0)
     found = store.find()
     assert found == [{"version": "1"}, {"version": "1"}, {"version": "2"}] and store.reached == 6.0
-    with pytest.raises(InputError, match="version was 2, is 1; undo that, or go on anyway with --force"):
+    with pytest.raises(InputError, match="version was 2, is 1; undo the changes, or resume with --force"):
         opening._changes(folder, found, {"version": "1"}, force=False)
     assert opening._changes(folder, found, {"version": "1"}, force=True) == ["version was 2, is 1"]
     assert opening._changes(folder, found[:2], {"version": "1"}, force=False) == []
@@ -68,8 +63,8 @@ def test_one_that_cannot_be_read_is_told_of_and_removed_and_the_others_stay(fold
     (folder / ".checkpoint-0002-0002.7.tmp.npz").write_bytes(b"half")
     store = Checkpoints(folder, {"version": "1"}, 1.0, tell=said.append)
     assert store.find() == [{"version": "2"}]
-    assert [text.rpartition("nothing kept of ")[2] for text in said if "nothing kept" in text] == [
-        "specimen 1 can be read; it is run again", "specimen 2 can be read; it is run again",
+    assert [text.rpartition("no file of ")[2] for text in said if "no file of" in text] == [
+        "specimen 1 can be read; the specimen is run again", "specimen 2 can be read; the specimen is run again",
     ]  # fmt: skip
     store.tidy()
     assert names(folder) == {"checkpoint-0002-0001.npz"} and not list(folder.glob(".*"))
@@ -79,7 +74,7 @@ def test_one_that_cannot_be_read_is_told_of_and_removed_and_the_others_stay(fold
 def test_checkpoints_of_an_earlier_layout_are_not_passed_over(folder):
     """Beside specimens that are finished either: the one under way would begin anew."""
     (folder / "checkpoint-0007.npz").write_bytes(b"of version 0.2.0")
-    with pytest.raises(InputError, match=r"checkpoint-0007\.npz was left by an earlier version"):
+    with pytest.raises(InputError, match=r"checkpoint-0007\.npz was written by an earlier version"):
         Checkpoints(folder, {}, 1.0).find()
 
 

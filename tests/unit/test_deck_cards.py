@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from deck_reader import cards_of, cells, curves_of
+from deck_reader import cards_of, curves_of
 
 from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile, number
@@ -14,16 +14,10 @@ from knittest.runs.deck.yarns import cable_law
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        (0.0, "0"),
-        (1e20, "1e20"),
-        (-1.23456789e-5, "-1.2346e-5"),
-        (1.23456789e-5, "1.23457e-5"),
-        (0.000371258123, "3.71258e-4"),
-        (123456789.25, "123456789"),
-        (0.1, "0.1"),
-        (-141.4213562373095, "-141.42136"),
+        (0.0, "0"), (1e20, "1e20"), (-1.23456789e-5, "-1.2346e-5"), (1.23456789e-5, "1.23457e-5"),
+        (0.000371258123, "3.71258e-4"), (123456789.25, "123456789"), (0.1, "0.1"), (-141.4213562373095, "-141.42136"),
     ],
-)
+)  # fmt: skip
 def test_a_number_keeps_the_digits_that_its_columns_hold(value, text):
     assert number(value, 10) == text
     assert float(number(value, 16)) == pytest.approx(value, rel=1e-8, abs=0.0)
@@ -78,7 +72,3 @@ def test_a_curve_that_jumps_has_rising_times():
     add_curve(deck, "step", Table((0.0, 1.0, 1.0, 2.0), (0.0, 0.0, 5.0, 5.0)), 2.0)
     time, value = curves_of(cards_of(deck.text()))[1]
     assert (np.diff(time) > 0.0).all() and np.interp(1.5, time, value) == 5.0 and np.interp(0.5, time, value) == 0.0
-
-
-def test_cells_of_a_line():
-    assert cells(f"{1:>10}{'':10}{2.5:>10}") == [1.0, None, 2.5]

@@ -18,9 +18,9 @@ def cards(strip):
 NODE, BEAMS = [8, 16, 16, 16], [8, 8, 8, 8, 8]
 
 
-def test_its_head_says_that_nobody_ran_it_its_units_and_what_is_missing(strip):
+def test_its_head_says_that_nobody_ran_it_its_units_and_its_differences(strip):
     head = strip[3].split("*TITLE")[0]
-    for words in ("NOT RUN IN A SOLVER", "mm, ms, g", "Not expressed", "penalty of contact, 1000 N/mm", "0.9 of their"):
+    for words in ("NOT RUN IN A SOLVER", "mm, ms, g", "Differences", "of contact, 1000 N/mm", "not 0.9 as in"):
         assert words in head
 
 

@@ -144,7 +144,7 @@ def test_a_path_that_fails_says_what_to_give(pool, monkeypatch):
 
 def test_check_says_that_a_card_is_derived_first(pool, capsys):
     assert knittest(["check", "tensile", "--variant", "mine", "--scale", "macro", "--no-time"]) == 0
-    assert "first derives it from 5 paths of a cell of its yarns" in capsys.readouterr().out
+    assert "first derives it from 5 simulations of a meso cell" in capsys.readouterr().out
     assert not pool
     with_cards([shells()], quiet=True)
     assert knittest(["check", "tensile", "--variant", "mine", "--scale", "macro", "--no-time"]) == 0

@@ -105,19 +105,14 @@ def test_both_directions_get_a_film_each(moved: Path, tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.glob("*.gif")) == ["film-warp.gif", "film-weft.gif"]
 
 
-def test_without_an_encoder_the_default_is_a_gif_and_says_what_to_install(
-    moved: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_default_is_mp4_and_without_an_encoder_a_gif(moved: Path, monkeypatch, capsys) -> None:
+    monkeypatch.setattr("knittest.report_page.moving.film.has_encoder", lambda: True)
+    run = Path("runs/one")
+    assert films(run, [run], None) == ({run: run / "film.mp4"}, "")
+    assert films(run, [run], Path("a.gif")) == ({run: Path("a.gif")}, "")
     monkeypatch.setattr("knittest.report_page.moving.film.has_encoder", lambda: False)
     assert command(["animate", str(moved), *SHORT]) == 0
     out, err = capsys.readouterr()
     assert out.strip() == str(moved / "film.gif") and (moved / "film.gif").is_file()
     assert "pip install 'knittest[animate]'" in err
     (moved / "film.gif").unlink()
-
-
-def test_with_one_it_is_mp4(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("knittest.report_page.moving.film.has_encoder", lambda: True)
-    run = Path("runs/one")
-    assert films(run, [run], None) == ({run: run / "film.mp4"}, "")
-    assert films(run, [run], Path("a.gif")) == ({run: Path("a.gif")}, "")

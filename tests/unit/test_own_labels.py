@@ -86,7 +86,9 @@ def test_the_law_of_another_fabric_is_assumed_whatever_the_file_says(own: Path) 
         caption.split(":")[0]: {row[0].split()[0]: row[2] for row in rows if len(row) > 2}
         for caption, rows in tables.items()
     }
-    assert rows["Assumed"]["macro.shear"].startswith("of pham2019-v1, by its head; the fabric's file says measured")
+    assert rows["Assumed"]["macro.shear"].startswith(
+        "curve of pham2019-v1, by its header; the fabric file states measured"
+    )
     assert not any("macro.shear" in found for source, found in rows.items() if source != "Assumed")
     both, _ = write_reports(runs, own / "both.html")
     differing = "".join(HtmlPage(both).tree.itertext())
@@ -99,9 +101,11 @@ def test_another_fabrics_tension_is_assumed_for_shells_and_no_reference_for_yarn
     page = HtmlPage(write_report(write_run(own / "r", variant="mine")))
     tables = page.tables(page.section("run-1-parameters"))
     (assumed,) = (rows for caption, rows in tables.items() if caption.startswith("Assumed"))
-    assert ["macro.tension.warp", "pham2019/curves/tensile-v1-warp.csv", "of pham2019-v1, by its head"] in [
-        [row[0].split()[0], *row[1:]] for row in assumed
-    ]
+    assert [
+        "macro.tension.warp",
+        "pham2019/curves/tensile-v1-warp.csv",
+        "curve of pham2019-v1, by its header",
+    ] in [[row[0].split()[0], *row[1:]] for row in assumed]
     found: dict[str, ReferenceCurve | None] = {}
     for scale in ("macro", "meso"):
         run = resolve(test="tensile", variant="mine", scale=scale, direction="warp")
@@ -117,7 +121,7 @@ def test_the_study_of_speed_is_shown_for_the_fabric_it_was_made_with(own: Path) 
         page = HtmlPage(write_report(write_run(own / f"r{variant}", "friction", variant=variant)))
         tables = page.tables(page.section("run-1-studies"))
         assert any("halved" in caption for caption in tables) is there
-        assert ("was not studied with this fabric" in page.text()) is not there
+        assert ("was not studied for this fabric" in page.text()) is not there
 
 
 def test_a_fabric_without_parameter_sets_is_said_to_be_as_in_its_file(own: Path) -> None:

@@ -206,7 +206,7 @@ def test_the_page_of_a_frame_shows_both_curves_normalised(place):
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     folders = [write_run(place / f"r{k}", "picture-frame", variant=v) for k, v in enumerate(("mine", "1"))]
     own, paper = (page_curve(load_run(folder))[0].blocks for folder in folders)
-    assert own[0].alt.startswith(NORMALISED_LABEL) and "Beside it: mine, 1 frame of 200 mm" in own[0].alt
+    assert own[0].alt.startswith(NORMALISED_LABEL) and "Reference: mine, 1 frame of 200 mm" in own[0].alt
     assert paper[0].alt.startswith("force of the crosshead [N]") and "differ in size" not in own[0].alt
 
 

@@ -42,9 +42,12 @@ def test_the_source_of_scaled_rows_stands_once(folder):
         (row.quantity for row in scaled), "input"))  # fmt: skip
     rows = [ComparedRow(**row) for row in found]
     loaded = replace(loaded, summary=loaded.summary.model_copy(update={"comparison": rows}))
-    assert [row.scaled for row in rows] == ["scaled from 25 to 50 mm", ""]
-    caption = next(b.caption for b in results(loaded).blocks if isinstance(b, Table))
-    assert caption.count("2 strips of 25 mm") == 1 and "instead of" not in caption
+    assert [row.scaled for row in rows] == ["for 50 instead of 25 mm", ""]
+    table = next(b for b in results(loaded).blocks if isinstance(b, Table))
+    assert table.caption.count("2 strips of 25 mm") == 1 and "instead of" not in table.caption
+    experiments = [row[2] for row in table.rows]  # the scaling is small print, which wraps
+    assert "for 50 instead of 25 mm" in [cell.note for cell in experiments]
+    assert not any("instead" in cell.text for cell in experiments)
 
 
 def test_a_curve_stands_under_its_own_source_with_a_short_path(folder):
@@ -70,7 +73,7 @@ def test_a_pattern_that_names_the_files_of_a_run_means_the_run(folder, tmp_path)
 
 def test_a_folder_of_curves_is_no_run_and_says_where_it_goes(folder, tmp_path):
     for path in (OUT / "warp", OUT / "warp/corridor.csv"):
-        with pytest.raises(InputError, match=r"run folder.*; measured curves go beside a run with knittest compare"):
+        with pytest.raises(InputError, match=r"run folder.*; to compare a run with measured curves: knittest compare"):
             find_runs([folder, path])
     (tmp_path / "notes.txt").write_text("x")
     with pytest.raises(InputError, match=r"is a file, expected a run folder$"):

@@ -172,12 +172,13 @@ def test_a_page_says_large_errors_above_and_why_there_is_no_rating(tmp_path):
     edit_json(folder / "comparison.json", curves=[metrics, old])
     page = HtmlPage(write_reports([folder], tmp_path / "r.html")[0])
     text = page.text(page.section("run-1-results"))
-    assert "Curve against mine.csv (measured): peak force off by -31 %, strain at the peak off by -17 %" in text
-    rows = dict(page.tables()["The curve against mine.csv (measured)"])
+    far = "error of the peak force: -31 %, error of the strain at the peak: -17 %"
+    assert f"Curve compared with mine.csv (measured): {far}" in text
+    rows = dict(page.tables()["Curve compared with mine.csv (measured)"])
     assert rows["rating after ISO/TS 18571, 0 to 1"] == (
         "not given: 17 % of the reference curve is outside the common range (limit 10 %)"
     )
-    kept = dict(page.tables()["The curve against mine.csv (input)"])
+    kept = dict(page.tables()["Curve compared with mine.csv (input)"])
     assert kept["rating after ISO/TS 18571, 0 to 1"].startswith("not given: the model was given the reference")
 
 

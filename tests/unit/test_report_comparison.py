@@ -61,7 +61,7 @@ def test_pictures_of_runs_of_one_test_stand_beside_each_other(parent: Path, tmp_
     assert captions == [f"Run {k}: the specimen, deformed (deformed.png)" for k in (1, 2)]
     for k in (1, 2):  # not a second time
         part = page.section(f"run-{k}-pictures")
-        assert "Beside those of the other runs, above: deformed.png" in page.text(part)
+        assert "Shown above with the other runs: deformed.png" in page.text(part)
     assert len([raw for raw in page.pictures() if raw.startswith(b"RIFF")]) == 3  # of them one of the friction
 
 
@@ -75,7 +75,7 @@ def test_only_what_differs_is_listed(parent: Path, tmp_path: Path) -> None:
     assert "Provenance that differs: none." in page.text(page.section("differences"))
 
 
-def test_every_run_has_its_part_and_a_link_to_it(parent: Path, tmp_path: Path) -> None:
+def test_every_run_has_its_part_and_curves_of_one_test_share_a_picture(parent: Path, tmp_path: Path) -> None:
     page = page_of([parent], tmp_path / "page.html")
     links = [a.get("href") for a in page.section("overview").iter("a")]
     assert links == [f"#run-{n}" for n in range(1, 5)]
@@ -83,18 +83,10 @@ def test_every_run_has_its_part_and_a_link_to_it(parent: Path, tmp_path: Path) -
         for part in ("results", "curve", "gates", "parameters", "pictures", "repeat"):
             assert page.section(f"run-{number}-{part}") is not None
     assert "run 3" in page.text(page.section("comparison"))
-
-
-def test_curves_of_one_test_share_a_picture_and_tests_do_not(parent: Path, tmp_path: Path) -> None:
-    page = page_of([parent], tmp_path / "page.html")
     friction, tensile = (raw.decode() for raw in page.pictures()[:2])
     assert "<!-- run 2, warp macro -->" in friction and "run 1" not in friction
-    for label in (
-        "run 1, warp meso",
-        "run 3, warp macro",
-        "run 4, weft macro",
-        "reconstructed (Table 3 of Pham et al. 2019, variant 1, warp)",
-    ):
+    reference = "reconstructed (Table 3 of Pham et al. 2019, variant 1, warp)"
+    for label in ("run 1, warp meso", "run 3, warp macro", "run 4, weft macro", reference):
         assert f"<!-- {label} -->" in tensile
 
 
@@ -104,7 +96,7 @@ def test_runs_are_told_once_and_planned_ones_named(parent: Path, tmp_path: Path)
     for name in ("warp", "weft"):
         (both / f"config-{name}.yaml").write_text("x: 1\n")
     page = page_of([both, both / "warp"], tmp_path / "page.html")
-    assert "1 runs" in page.tables() and "both: weft was planned but has no run yet" in page.text()
+    assert "1 runs" in page.tables() and "both: weft is planned but has no run yet" in page.text()
 
 
 def test_a_damaged_trial_of_a_sweep_stops_no_page_but_a_named_one_does(parent: Path, tmp_path: Path) -> None:
@@ -119,15 +111,10 @@ def test_a_damaged_trial_of_a_sweep_stops_no_page_but_a_named_one_does(parent: P
     assert not (tmp_path / "none.html").exists()
 
 
-def test_too_many_runs_are_refused(parent: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_page_of_several_lies_in_the_working_folder_and_has_its_limit(parent, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(folders, "MOST", 3)
     with pytest.raises(InputError, match="4 runs: expected at most 3 on a page"):
         write_reports([parent], tmp_path / "page.html")
-
-
-def test_page_of_several_lies_in_the_working_folder(
-    parent: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
     monkeypatch.chdir(tmp_path)
     path, count = write_reports([parent / "tensile" / "warp", parent / "plates"], None)
     assert (path, count) == (Path("knittest-report.html"), 2) and path.is_file()
@@ -144,12 +131,12 @@ def test_runs_of_several_widths_are_compared_by_force_per_width(tmp_path: Path) 
         )
     page = page_of([tmp_path / "w50", tmp_path / "w100"], tmp_path / "page.html")
     rows = {row[0]: row[1:] for row in next(iter(page.tables(page.section("comparison")).values()))}
-    assert rows["peak force [N]"][1].startswith("12000 other size")
+    assert rows["peak force [N]"][1].startswith("12000 different size")
     assert rows["peak force per width [N/mm]"] == ["120.0", "120.0"]
     drawn = page.pictures()[0].decode()
     assert "<!-- force per width [N/mm] -->" in drawn and "<!-- force [N] -->" not in drawn
     same = page_of([tmp_path / "w50", tmp_path / "w50"], tmp_path / "same.html")
-    assert "other size" not in same.text()
+    assert "different size" not in same.text()
 
 
 def test_curves_free_of_size(tmp_path: Path) -> None:

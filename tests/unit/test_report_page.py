@@ -22,6 +22,7 @@ from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.page import write_report, write_reports
 from knittest.report_page.pictures import light
 
+GATES = "Quality checks: a run that fails one is not compared with the experiment"
 HOSTILE = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $\\frac{$ & ü"
 
 
@@ -45,38 +46,33 @@ def test_every_test_has_a_page_with_its_results_curve_and_gates(tmp_path: Path, 
     finite = [value for value in RESULTS[kind].values() if value == value]
     assert finite and all(near(value, shown) for value in finite)
     assert page.section("run-1-curve").findall("figure/div/img")
-    gates = page.tables(page.section("run-1-gates"))["Quality gates: a run that fails one is not compared"]
+    gates = page.tables(page.section("run-1-gates"))[GATES]
     yarns = {"pull-out": 9, "cell": 8, "compaction": 10}  # with the gate of overlap without force
     assert len(gates) - 1 == ({"tensile": 10, "cantilever": 3, "friction": 11, "forming": 11} | yarns).get(kind, 9)
     assert {row[-1] for row in gates[1:]} == {"pass"}
-    assert set(REPORTS) == set(RIGS)
+    assert set(REPORTS) == set(RIGS) and {REPORTS[kind].axes.x, REPORTS[kind].axes.y} <= set(curves(kind))
 
 
-def test_results_stand_beside_the_experiment_with_deviation_and_kind(tensile: tuple[Path, HtmlPage]) -> None:
+def test_results_stand_beside_the_experiment_and_energies_are_those_of_the_table(tensile) -> None:
     folder, page = tensile
     tables = page.tables(page.section("run-1-results"))
-    rows = {row[0]: row for row in tables["Results, beside the experiment (Table 3: mean ± sd)"]}
+    rows = {row[0]: row for row in tables["Results, compared with the experiment (Table 3: mean ± sd)"]}
     compared = {row["quantity"]: row for row in json.loads((folder / "summary.json").read_text())["comparison"]}
     peak = compared["peak_force_n"]
-    assert rows["peak force [N]"][1:3] == ["5666", f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"]
-    assert rows["peak force [N]"][3] == f"{peak['deviation_sd']:+.2f} sd within 1 sd"
-    assert rows["peak force [N]"][4] == "tuned"
-    metrics = dict(tables[f"The curve against {METRICS['judged_against']} (reconstructed)"])
-    assert metrics["peak force off"] == "-2.625 %"
-    assert "Tuned: a model parameter was fitted to" in page.text()
+    scatter = f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"
+    verdict = f"{peak['deviation_sd']:+.2f} sd within 1 sd"
+    assert rows["peak force [N]"][1:5] == ["5666", scatter, verdict, "tuned"]
+    metrics = dict(tables[f"Curve compared with {METRICS['judged_against']} (reconstructed)"])
+    assert metrics["error of the peak force"] == "-2.625 %"
+    assert "Tuned: " in page.text()
     assert "Predicted:" not in page.text(page.section("run-1-results"))
-
-
-def test_energies_are_those_of_the_table(tensile: tuple[Path, HtmlPage]) -> None:
-    folder, page = tensile
     table = pd.read_csv(folder / "energies.csv")
     columns = [name for name in table if name.endswith("_mj")]
     top = int(pd.read_csv(folder / "curve.csv")["force_n"].argmax())
-    caption = "Energies [mJ]; after the first failure they are not judged"
-    rows = page.tables(page.section("run-1-gates"))[caption]
-    assert rows[0] == ["energy", "at the largest force", "at the end"]
+    energies = page.tables(page.section("run-1-gates"))["Energies [mJ]; not checked after the first failure"]
+    assert energies[0] == ["energy", "at the largest force", "at the end"]
     expected = [[f"{table[c].iloc[top]:.4g}", f"{table[c].iloc[-1]:.4g}"] for c in columns]
-    assert [row[1:] for row in rows[1:]] == expected
+    assert [row[1:] for row in energies[1:]] == expected
 
 
 def test_parameters_are_kept_apart_by_where_they_come_from(tensile: tuple[Path, HtmlPage]) -> None:
@@ -134,8 +130,8 @@ def test_refused_run_says_so_and_names_the_gate_with_its_limit(tmp_path: Path) -
     summary = json.loads((folder / "summary.json").read_text())
     edit_json(folder / "summary.json", quality=summary["quality"] | {"energy_error_max": 0.031, "added_mass_pct": None})
     page = page_of(folder)
-    assert "Comparison refused: energy error 3.10 % is above 2 %" in page.text(page.section("summary"))
-    gates = page.tables()["Quality gates: a run that fails one is not compared"]
+    assert "Not compared with the experiment: energy error 3.10 % is above 2 %" in page.text(page.section("summary"))
+    gates = page.tables()[GATES]
     assert ["energy error", "3.1 %", "2 %", "FAIL"] in gates
     assert ["added mass", "-", "5 %", "not measured"] in gates
     assert page.text(page.section("run-1-results")).count("refused") == 3
@@ -194,18 +190,13 @@ def test_same_folder_gives_the_same_bytes_in_less_than_a_second(tmp_path: Path) 
     assert time.process_time() - start < 1.0  # 0.2 s measured: a run can afford to write it
 
 
-def test_columns_of_the_axes_are_those_that_tests_write() -> None:
-    for kind, report in REPORTS.items():
-        assert {report.axes.x, report.axes.y} <= set(curves(kind))
-
-
 def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "r")
     angles = {"10": {"simulated": 2.0, "reference": 1.6, "error_pct": 25.0}}
     own = {"judged_against": "mine.csv", "reference_kind": "measured", "comparable": True, "force_n_at_deg": angles}
     edit_json(folder / "comparison.json", curves=[METRICS, own])
     page = page_of(folder)
-    assert dict(page.tables()["The curve against mine.csv (measured)"])["force at 10 deg off"] == "25 %"
+    assert dict(page.tables()["Curve compared with mine.csv (measured)"])["error of the force at 10 deg"] == "25 %"
     assert "curve.png" in page.text(page.section("run-1-pictures"))
     own |= {"comparable": False, "reason": "the curves have no common range"}
     edit_json(folder / "comparison.json", curves=[METRICS, own])
@@ -213,9 +204,7 @@ def test_a_users_own_curves_are_judged_and_shown_by_the_picture_of_the_run(tmp_p
 
 
 @pytest.mark.parametrize("fails", [False, True])
-def test_the_curve_beside_a_run_is_read_once_a_page(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fails: bool
-) -> None:
+def test_the_curve_beside_a_run_is_read_once_a_page(tmp_path: Path, monkeypatch, fails: bool) -> None:
     """Caption, scale and picture have the same one, or the same reason why it is missing."""
     report, asked = REPORTS["tensile"], []
 

@@ -163,7 +163,7 @@ def test_a_frame_of_shells_returns_its_law_and_that_of_yarns_predicts():
     assert row_kind(changed(run, "fabric.macro.shear.source", "measured"), SHEAR) == "input"
     mine = changed(run, "fabric.name", "mine")
     assert row_kind(mine, SHEAR) == "assumed" and taken_over(run.fabric) == []
-    assert taken_over(mine.fabric)[-1] == "macro.shear: of pham2019-v1 by its head, so assumed for mine"
+    assert taken_over(mine.fabric)[-1] == "macro.shear: its header names pham2019-v1, so it is assumed for mine"
 
 
 def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path):

@@ -42,11 +42,8 @@ def test_a_strip_of_yarns_fails_with_its_last_yarns():
     assert expected_share(resolve(variant="1", scale="meso", sets=["rig.max_strain=1.2"]), lasting(1.0)) == 1.0
 
 
-def test_a_test_that_nothing_ends_takes_all_its_steps():
+def test_a_test_that_nothing_ends_takes_all_its_steps_and_small_models_one_thread():
     assert expected_share(shells(test="picture-frame"), lasting(3.0)) == 1.0
-
-
-def test_small_models_are_timed_on_one_thread():
     assert threads_for(SERIAL_BELOW - 1) == 1 and threads_for(SERIAL_BELOW) >= 1
 
 
@@ -54,12 +51,11 @@ def test_seconds_are_those_of_all_specimens_and_units_are_readable():
     one = Estimate(1000, 4000, 1e-3, 200, 2, 3, 45.0)
     assert one.seconds == 3.0 and one.as_json()["seconds"] == 3.0 and one.as_json()["steps_at_most"] == 4000
     assert one.text().startswith(
-        "about 3 s for 1000 steps expected, 3 specimens, 2 threads, by 200 timed steps of 1 ms"
+        "about 3 s: 3 specimens x 1000 steps of 1 ms (mean of 200 steps) on 2 threads; plus 45 s for"
     )
-    assert "before them 45 s" in one.text()
     assert Estimate(1000, 4000, 1e-3, 200, 2, 3, 45.0, rest_s=0.5).seconds == 4.5
     for seconds, text in ((89.0, "89 s"), (91.0, "1.5 min"), (5500.0, "1.5 h")):
-        assert Estimate(1, 1, seconds, 1, 1, 1, 0.0).text().startswith(f"about {text} for 1 step")
+        assert Estimate(1, 1, seconds, 1, 1, 1, 0.0).text().startswith(f"about {text}: 1 step")
 
 
 class Ticking:
@@ -94,32 +90,22 @@ def test_enough_steps_and_seconds_are_timed_but_no_more(monkeypatch, seconds, st
     assert brief.timed == steps and brief.step_s == pytest.approx(seconds / 40)
 
 
-def test_what_lies_before_the_first_step_is_told_apart(monkeypatch):
+def test_what_lies_before_the_first_step_is_told_apart_and_a_failure_ends_the_timing(monkeypatch):
     """The first sample is taken after 7 s and 40 steps of 0.1 s in all."""
     brief = timed(monkeypatch, 0.1)
     assert brief.before(brief.times[0][1] - 7.1) == pytest.approx(7.0)
     assert brief.before(brief.times[0][1]) == 0.0
-
-
-def test_a_specimen_that_fails_ends_the_timing(monkeypatch):
     assert timed(monkeypatch, 0.001, broken_at=5).timed == 160
 
 
-def test_of_a_strip_at_rest_no_time_is_told(capsys):
-    arguments = [
-        "check",
-        "cantilever",
-        "--variant",
-        "1",
-        "--scale",
-        "macro",
-        "--preset",
-        "quick",
-        "--direction",
-        "warp",
-    ]
-    assert command(arguments) == 0
-    assert "  time                   none: the number of steps" in capsys.readouterr().out
+def test_of_a_test_in_static_equilibrium_no_time_is_told(capsys):
+    assert (
+        command(
+            ["check", "cantilever", "--variant", "1", "--scale", "macro", "--preset", "quick", "--direction", "warp"]
+        )
+        == 0
+    )
+    assert "  time                   no estimate: the number of steps" in capsys.readouterr().out
 
 
 def test_the_estimate_is_that_of_the_run():
@@ -128,13 +114,13 @@ def test_the_estimate_is_that_of_the_run():
 
     run = shells()
     found = model.estimate(run, prepare(run))
-    assert found is not None and found.timed >= 100 and found.threads == 1 and found.step_s > 0.0
-    assert found.steps == pytest.approx(run_specimen(run).cost.steps, rel=0.03)
-    assert found.at_most > 2 * found.steps
+    assert found is not None and found.steps_timed >= 100 and found.threads == 1 and found.seconds_per_step > 0.0
+    assert found.steps_expected == pytest.approx(run_specimen(run).cost.steps, rel=0.03)
+    assert found.steps_at_most > 2 * found.steps_expected
 
 
 def test_steps_are_timed_however_many_a_run_has():
     """A thousandth of the step: rows of the run itself would have a thousand times its steps."""
     run = shells("solver.safety=1e-6")
     found = model.estimate(run, prepare(run))
-    assert found.at_most > 1e9 and found.timed < 1e5
+    assert found.steps_at_most > 1e9 and found.steps_timed < 1e5

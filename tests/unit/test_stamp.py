@@ -49,9 +49,6 @@ def test_accepted_limits_and_another_fabrics_curves_are_marked() -> None:
     other = own.model_copy(update={"fabric": own.fabric.model_copy(update={"name": "mine"})})
     assert "assumed: macro.shear of pham2019-v1" in run_stamp(other, ()).verdict
     assert "assumed" not in run_stamp(own, ()).verdict
-
-
-def test_a_forming_without_a_holder_says_so() -> None:
     assert "no holder" in size_of(resolve(test="forming", variant="1"))
 
 

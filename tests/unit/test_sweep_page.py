@@ -84,7 +84,7 @@ def test_a_sweep_has_its_runs_with_states_reasons_links_picture_and_command(batc
     assert [e.get("src") for e in page.all("img")] == [light((batch / "overview.png").read_bytes())]
     text = page.text(page.section("repeat"))
     assert "knittest batch sweep.yaml" in text and "grid: {rig.width: [20, 30, 40, 50]}" in text
-    assert "No trial left a manifest." in text
+    assert "No trial has a manifest." in text
 
 
 def test_report_writes_it_again_and_elsewhere_with_links_that_hold(batch, capsys):

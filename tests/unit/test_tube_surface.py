@@ -83,9 +83,11 @@ def test_two_yarns_and_a_break_are_tubes_of_their_own():
     assert gone == pytest.approx(1.0 * AREA) and len(made.points) == len(whole.points) + 2
 
 
-def test_nothing_whole_is_said():
+def test_nothing_whole_and_another_suffix_are_refused(tmp_path):
     with pytest.raises(InputError, match="all beams have failed"):
         _made(STRAIGHT, dead=range(5))
+    with pytest.raises(InputError, match=r"expected .stl or .vtp"):
+        write_tubes(tmp_path / "a.obj", _made(STRAIGHT), {})
 
 
 def test_an_stl_is_read_back(tmp_path):
@@ -114,8 +116,3 @@ def test_a_vtp_holds_the_surface_and_the_fields_of_its_beams(tmp_path):
     assert values(ends)[-1] == 3 * len(made.triangles) and piece.get("NumberOfPolys") == str(len(made.triangles))
     (field,) = piece.findall("CellData/DataArray")
     assert field.get("Name") == "axial_force" and np.array_equal(values(field), force[made.element])
-
-
-def test_another_suffix_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"expected the suffix .stl or .vtp"):
-        write_tubes(tmp_path / "a.obj", _made(STRAIGHT), {})

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from browser import browse, needs_browser
+from browser import needs_browser
 from export_sample import shell_history
+from matplotlib.colors import to_rgb
 from report_sample import write_run
-from test_moving_view import GL, parts
+from test_moving_view import drawn, parts
 
 from knittest.base.errors import InputError
 from knittest.base.figure import RED
@@ -30,43 +30,37 @@ OFFSET = np.array([[0.0, 0.0, 0.0], [20.0, -3.0, 0.0], [1.0, 2.0, 3.0]])
 BAR = Body("bar", STRIP, np.array([[0, 1, 2], [0, 2, 3]]), OFFSET, TURN)
 
 
-def test_a_bar_is_read_back_where_it_was_written(tmp_path: Path) -> None:
-    write_frames(tmp_path, shell_history(), (BAR,))
-    (read,) = read_recording(tmp_path).bodies
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    run = write_run(tmp_path / "run")
+    write_frames(run, shell_history(), (BAR,))
+    return run
+
+
+def test_a_bar_is_read_back_and_is_on_the_line_between_frames(folder: Path) -> None:
+    recording = read_recording(folder)
+    (read,) = recording.bodies
     assert read.turn is not None
     for frame in range(3):
         np.testing.assert_allclose(read.place(frame), BAR.place(frame), atol=1e-9)
     np.testing.assert_allclose(read.place(1)[0], [20.0, 2.0, 8.0], atol=1e-9)  # 5 mm along x has become 5 along y
-
-
-def test_between_frames_it_is_on_the_line_as_the_nodes_are(tmp_path: Path) -> None:
-    write_frames(tmp_path, shell_history(), (BAR,))
-    recording = read_recording(tmp_path)
-    time = 0.75 * recording.time[0] + 0.25 * recording.time[1]
-    (body,) = recording.bodies_at(float(time))
+    (body,) = recording.bodies_at(float(0.75 * recording.time[0] + 0.25 * recording.time[1]))
     np.testing.assert_allclose(body.place(0), 0.75 * BAR.place(0) + 0.25 * BAR.place(1), atol=1e-9)
-    thinned = recording.thinned(2).bodies[0]
-    np.testing.assert_allclose(thinned.place(1), BAR.place(2), atol=1e-9)
+    np.testing.assert_allclose(recording.thinned(2).bodies[0].place(1), BAR.place(2), atol=1e-9)
 
 
-def test_the_view_has_its_matrices(tmp_path: Path) -> None:
-    folder = write_run(tmp_path / "run")
-    write_frames(folder, shell_history(), (BAR,))
+def test_the_view_has_its_matrices(folder: Path) -> None:
     (told,) = parts(view(folder))[0]["bodies"]
     turn, offset = np.array(told["turn"]).reshape(-1, 3, 3), np.array(told["offset"])
     for frame in range(3):
         np.testing.assert_allclose(STRIP @ turn[frame].T + offset[frame], BAR.place(frame), atol=1e-3)
 
 
-def test_a_tool_that_changes_its_shape_is_refused(tmp_path: Path) -> None:
-    folder = write_run(tmp_path / "run")
-    write_frames(folder, shell_history(), (BAR,))
+def test_a_tool_that_changes_its_shape_is_refused(folder: Path) -> None:
+    straight = (folder / "frames" / "bar-0000.vtu").read_bytes()
     bent = Body("bar", STRIP + np.array([[0.0], [0.0], [0.1], [0.0]]), BAR.triangles, OFFSET)
-    write_frames(tmp_path / "run", shell_history(), (bent,))
-    straight = tmp_path / "straight"
-    straight.mkdir()
-    write_frames(straight, shell_history(), (BAR,))
-    (folder / "frames" / "bar-0000.vtu").write_bytes((straight / "frames" / "bar-0000.vtu").read_bytes())
+    write_frames(folder, shell_history(), (bent,))
+    (folder / "frames" / "bar-0000.vtu").write_bytes(straight)
     with pytest.raises(InputError, match=r"bar-0000\.vtu: tool 'bar' changes its shape"):
         read_recording(folder)
 
@@ -101,31 +95,21 @@ def test_long_notices_of_a_film_leave_the_clock_its_corner(tmp_path: Path) -> No
     name, scale = next(iter(scales_of(recording).items()))
     stage = Stage(load_run(folder), recording, scale, "top", 480, tools=True)
     image = stage.image(recording.position[0], recording.fields[name][0], 0.0).astype(int)
-    ink = (np.abs(image - colour(RED)).max(axis=2) < 60)[-80:]
+    red = np.round(255 * np.array(to_rgb(RED)))
+    ink = (np.abs(image - red).max(axis=2) < 60)[-80:]
     columns, rows = np.flatnonzero(ink.any(axis=0)), np.flatnonzero(ink.any(axis=1))
     assert columns[-1] < 480 - DPI * CLOCK + 20 and np.ptp(rows) > 20  # two lines and more
 
 
-def colour(name: str) -> Any:
-    from matplotlib.colors import to_rgb
-
-    return np.round(255 * np.array(to_rgb(name)))
-
-
 @needs_browser
 def test_a_browser_turns_it(tmp_path: Path) -> None:
-    """The specimen is at rest: what changes between the frames is the bar, which turns from the right to upwards."""
-    import matplotlib.image
-
+    """The specimen does not move: what changes is the bar, which turns from the right to upwards."""
     folder, history, shots = write_run(tmp_path / "run"), shell_history(), []
     history.frames[:] = [replace(history.frames[0], time=time) for time in (0.0, 1.0, 2.0)]
     write_frames(folder, history, (replace(BAR, offset=np.zeros_like(OFFSET)),))
-    page, png = view(folder).as_uri(), tmp_path / "shot.png"
+    page = view(folder).as_uri()
     for frame in (1, 2):
-        state = f"{page}#frame={frame}&look=top"
-        dom = browse(tmp_path, *GL, "--window-size=800,700", f"--screenshot={png}", "--dump-dom", state)
-        assert 'data-state="ready"' in dom
-        shots.append(matplotlib.image.imread(png)[100:-130, :, :3])
+        shots.append(drawn(tmp_path, f"{page}#frame={frame}&look=top", "800,700")[1][100:-130])
     changed = (np.abs(shots[0] - shots[1]).max(axis=2) > 0.02).sum(axis=1)
     lying = int(np.argmax(changed))
     assert changed[: lying - 50].sum() > 400 and changed[lying + 50 :].sum() < 40

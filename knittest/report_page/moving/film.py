@@ -1,4 +1,4 @@
-"""Films of a run folder as MP4 (ffmpeg) or GIF (Pillow): its frames one after the other, interpolated in time."""
+"""Writes films of a run as MP4 (ffmpeg) or GIF (Pillow), with frames interpolated in time."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -18,22 +18,21 @@ from knittest.report_page.moving.stage import Stage
 
 Image = NDArray[np.uint8]
 FORMATS = (".mp4", ".gif")
-#: colours of a GIF: with all 256 it is larger by a tenth, and looks the same
+#: colours of a GIF; with all 256 it is 10 % larger and looks the same
 COLOURS = 192
 
 
 def encode(out: Path, images: Iterator[Image], fps: int, typical: Iterable[Image]) -> None:
-    """Write ``images`` (rows, columns, 3), all of one size, at ``fps`` a second as ``out``, whole or not at all; a GIF
-    has the colours of ``typical`` ones among them.
+    """Write ``images`` (rows, columns, 3) at ``fps`` per second as ``out``, a GIF with the colours of ``typical`` ones.
 
-    Raises :class:`InputError` where the encoder is not installed, :class:`ResourceError` when the disk is full.
+    Raises :class:`InputError` without the encoder, :class:`ResourceError` when the disk is full; then there is no file.
     """
     part = out.with_name(f".{out.stem}.part{out.suffix}")
     try:
         if out.suffix == ".gif":
-            _gif(part, images, fps, palette(typical))
+            _write_gif(part, images, fps, palette(typical))
         else:
-            _mp4(part, images, fps)
+            _write_mp4(part, images, fps)
         part.replace(out)
     except OSError as error:
         raise resource_error(out, error) from error
@@ -46,7 +45,7 @@ def has_encoder() -> bool:
     return find_spec("imageio_ffmpeg") is not None
 
 
-def _mp4(path: Path, images: Iterator[Image], fps: int) -> None:
+def _write_mp4(path: Path, images: Iterator[Image], fps: int) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
@@ -63,11 +62,7 @@ def _mp4(path: Path, images: Iterator[Image], fps: int) -> None:
 
 
 def palette(images: Iterable[Image]) -> Image:
-    """Colours (:data:`COLOURS`, 3) for ``images``, white among them.
-
-    They are chosen by how far apart colours are, not by how many pixels have them: by their numbers the few that stand
-    out in a field would be lost to shades of its ground.
-    """
+    """Colours (:data:`COLOURS`, 3) for ``images``, chosen by distance, so that few prominent pixels keep theirs."""
     from PIL import Image as Pillow
 
     pixels = np.concatenate([image.reshape(-1, 3) for image in images])
@@ -80,7 +75,7 @@ def palette(images: Iterable[Image]) -> Image:
     return np.vstack([found, np.full((COLOURS - len(found), 3), 255, np.uint8)])
 
 
-def _gif(path: Path, images: Iterator[Image], fps: int, colours: Image) -> None:
+def _write_gif(path: Path, images: Iterator[Image], fps: int, colours: Image) -> None:
     from PIL import Image as Pillow
 
     table = Pillow.new("P", (1, 1))
@@ -90,19 +85,19 @@ def _gif(path: Path, images: Iterator[Image], fps: int, colours: Image) -> None:
     next(pages).save(path, save_all=True, append_images=pages, duration=1000 / fps, loop=0)
 
 
-#: images a second and pixels across unless asked for: GIF holds every image whole, MP4 what changes
+#: default images per second and width [pixel]; a GIF stores whole images, an MP4 only changes
 FPS, WIDTH = {".mp4": 15, ".gif": 10}, {".mp4": 960, ".gif": 640}
-#: seconds for which the last image stands
+#: seconds for which the last image is held
 LAST = 1.0
-#: images that the colours of a GIF are chosen by
+#: images from which the colours of a GIF are chosen
 TYPICAL = 5
 
 
 @dataclass(frozen=True)
 class Filmed:
-    """Film as it is asked for: ``colour`` is a field of the frames, height, or empty for the one looked for first;
-    ``look`` one of :data:`LOOKS`; it takes ``seconds`` at ``fps`` images a second of ``width`` pixels, or as many as
-    its format has usually; with ``tools`` or without.
+    """Options of a film: ``colour`` is a field of the frames, ``height``, or empty for the first field; ``look`` is one
+    of :data:`LOOKS`; ``seconds`` long at ``fps`` images per second, ``width`` pixels wide (default: of its format);
+    with ``tools`` or without.
     """
 
     colour: str = ""
@@ -113,7 +108,7 @@ class Filmed:
     tools: bool = True
 
     def check(self) -> None:
-        """Raises :class:`InputError` for what no film can be made of."""
+        """Raise :class:`InputError` for an invalid option."""
         if self.look not in LOOKS:
             raise InputError(f"look {self.look!r}: expected one of {', '.join(LOOKS)}")
         for name, least, most in (("seconds", 0.1, 600.0), ("fps", 1, 60), ("width", 320, 3840)):
@@ -123,27 +118,22 @@ class Filmed:
 
 
 def films(parent: Path, folders: Sequence[Path], out: Path | None) -> tuple[dict[Path, Path], str]:
-    """Film of each run of ``folders`` found in ``parent``, and a line on the format where MP4 cannot be written.
-
-    Without ``out`` it lies in the run's folder; an ``out`` for several has the place of the run below ``parent`` in its
-    name.
-    """
-    if out is not None and len(folders) == 1:
+    """Film of each run of ``folders`` in ``parent``, and a note without MP4; ``out`` is extended for several runs."""
+    if out is None:
+        mp4 = has_encoder()
+        why = "GIF, since the encoder of MP4 is not installed: pip install 'knittest[animate]'"
+        return {folder: folder / ("film.mp4" if mp4 else "film.gif") for folder in folders}, "" if mp4 else why
+    if len(folders) == 1:
         return {folders[0]: out}, ""
-    if out is not None:
-        names = ["-".join(folder.resolve().relative_to(parent.resolve()).parts) for folder in folders]
-        return {f: out.with_name(f"{out.stem}-{n}{out.suffix}") for f, n in zip(folders, names, strict=True)}, ""
-    if has_encoder():
-        return {folder: folder / "film.mp4" for folder in folders}, ""
-    why = "GIF, as MP4 needs an encoder that is not installed: pip install 'knittest[animate]'"
-    return {folder: folder / "film.gif" for folder in folders}, why
+    names = ["-".join(folder.resolve().relative_to(parent.resolve()).parts) for folder in folders]
+    return {f: out.with_name(f"{out.stem}-{n}{out.suffix}") for f, n in zip(folders, names, strict=True)}, ""
 
 
 def animate(folder: Path, out: Path, filmed: Filmed | None = None) -> Path:
     """Write the run in ``folder`` as the film ``out`` (.mp4 or .gif); returns its path.
 
-    Raises :class:`InputError` for a folder without frames, a field that they lack and another format,
-    :class:`ResourceError` when the file cannot be written.
+    Raises :class:`InputError` for a folder without frames, an unknown field and another format, :class:`ResourceError`
+    when the file cannot be written.
     """
     filmed = filmed or Filmed()
     filmed.check()
@@ -152,14 +142,14 @@ def animate(folder: Path, out: Path, filmed: Filmed | None = None) -> Path:
     run, recording = load_run(folder), read_recording(folder)
     values, scale = _coloured(recording, filmed.colour)
     fps, width = filmed.fps or FPS[out.suffix], filmed.width or WIDTH[out.suffix]
-    reel = _Reel(Stage(run, recording, scale, filmed.look, width, filmed.tools), recording, values)
-    count = max(2, round(fps * filmed.seconds))
-    encode(out, _held(reel.images(count), round(LAST * fps)), fps, reel.images(TYPICAL))
+    stage = Stage(run, recording, scale, filmed.look, width, filmed.tools)
+    images = _images(stage, recording, values, max(2, round(fps * filmed.seconds)))
+    encode(out, _held(images, round(LAST * fps)), fps, _images(stage, recording, values, TYPICAL))
     return out
 
 
 def _coloured(recording: Recording, colour: str) -> tuple[Array, Scale]:
-    """Values (k, m) of the field ``colour`` and its scale; of the first field there is, else height, for none."""
+    """Values (k, m) and scale of the field ``colour``, by default of the first field, else of the height."""
     height = recording.position[:, recording.cells, 2].mean(axis=2)
     known = scales_of(recording)
     name = colour or next(iter(known), "height")
@@ -170,28 +160,17 @@ def _coloured(recording: Recording, colour: str) -> tuple[Array, Scale]:
     return height, scale_of("height", height) or Scale("height", "mm", 1.0, -1.0, 1.0, True, 0.0, 0.0)
 
 
-class _Reel:
-    """Images of a recording at any time between its frames."""
-
-    def __init__(self, stage: Stage, recording: Recording, values: Array) -> None:
-        self._stage, self._recording, self._values = stage, recording, values
-        self._alive = recording.fields.get("alive", np.ones_like(values)) > 0.5
-
-    def images(self, count: int) -> Iterator[Image]:
-        """``count`` images from the first frame to the last, evenly in time."""
-        time = self._recording.time
-        return (self._at(float(moment)) for moment in np.linspace(time[0], time[-1], count))
-
-    def _at(self, moment: float) -> Image:
-        place, values = self._recording.position, self._values
-        k, after, share = self._recording.around(moment)
+def _images(stage: Stage, recording: Recording, values: Array, count: int) -> Iterator[Image]:
+    """``count`` images from the first frame to the last, evenly spaced in time."""
+    place, alive = recording.position, recording.fields.get("alive", np.ones_like(values)) > 0.5
+    for moment in np.linspace(recording.time[0], recording.time[-1], count).tolist():
+        k, after, share = recording.around(moment)
         position = (1.0 - share) * place[k] + share * place[after]
         value = (1.0 - share) * values[k] + share * values[after]
-        return self._stage.image(position, np.where(self._alive[k], value, np.nan), moment)
+        yield stage.image(position, np.where(alive[k], value, np.nan), moment)
 
 
 def _held(images: Iterator[Image], times: int) -> Iterator[Image]:
-    """``images``, the last one ``times`` more."""
     image = None
     for image in images:
         yield image

@@ -1,4 +1,4 @@
-"""``view.html``: a run that can be turned, played and coloured in a browser, in one file of few bytes."""
+"""Writes ``view.html``: an interactive view of a run in one small file."""
 
 import base64
 import json
@@ -26,11 +26,10 @@ from knittest.report_page.moving.recording import (
     sequential,
 )
 from knittest.report_page.page import VIEW, refresh_report
+from knittest.report_page.pictures import data_uri
 
-# Recordings as few bytes: whole numbers, their differences in time and along the nodes, deflated.
-#
-# A frame differs little from the one before it, and by almost as much as at the next node: what is left of the second
-# difference mostly fits a byte, most of them alike.
+# Recordings are compressed as deflated differences of whole numbers, in time and along the nodes: neighbouring nodes
+# move alike, so that most second differences fit a byte.
 
 #: whole numbers of a position: 16 bits
 STEPS = 65535
@@ -38,25 +37,23 @@ STEPS = 65535
 
 @dataclass
 class Packer:
-    """Arrays one after the other in ``data``; :meth:`add` tells where each is and of what shape."""
+    """Arrays one after the other in ``data``."""
 
     data: bytearray = field(default_factory=bytearray)
 
     def add(self, values: NDArray[np.integer], width: int) -> dict[str, Any]:
-        """Add whole ``values`` (k, n, d) of ``width`` bytes (1, 2 or 4); returns the entry that finds them again."""
+        """Add whole ``values`` (k, n, d) of ``width`` bytes (1, 2 or 4); returns their entry: place, width, shape."""
         entry = {"at": len(self.data), "width": width, "shape": list(values.shape)}
         self.data += packed(values, width)
         return entry
 
     def deflated(self) -> bytes:
-        """All of them, in zlib's format."""
+        """All arrays in zlib's format."""
         return zlib.compress(bytes(self.data), 9)
 
 
 def packed(values: NDArray[np.integer], width: int) -> bytes:
-    """Bytes of whole ``values`` (k, n, d): differences along the first two axes, folded to small positive numbers, all
-    low bytes first.
-    """
+    """Bytes of whole ``values`` (k, n, d): differences along two axes, folded to positive numbers, low bytes first."""
     bits = 8 * width
     rest: Any = np.diff(np.diff(values.astype(np.int64), axis=0, prepend=0), axis=1, prepend=0)
     rest = ((rest + (1 << (bits - 1))) & ((1 << bits) - 1)) - (1 << (bits - 1))
@@ -64,25 +61,15 @@ def packed(values: NDArray[np.integer], width: int) -> bytes:
     return b"".join(((folded >> (8 * k)) & 255).astype(np.uint8).tobytes() for k in range(width))
 
 
-def unpacked(data: bytes, entry: dict[str, Any]) -> NDArray[np.int64]:
-    """Values of an ``entry`` of :meth:`Packer.add` from inflated ``data``, as the page takes them out."""
-    (k, n, d), width = entry["shape"], entry["width"]
-    planes = np.frombuffer(data, np.uint8, width * k * n * d, entry["at"]).reshape(width, d, k, n).astype(np.int64)
-    folded = sum((plane << (8 * b) for b, plane in enumerate(planes)), np.zeros((d, k, n), np.int64))
-    rest = np.moveaxis((folded >> 1) ^ -(folded & 1), 0, 2)
-    values: NDArray[np.int64] = np.cumsum(np.cumsum(rest, axis=1), axis=0) & ((1 << (8 * width)) - 1)
-    return values
-
-
 def whole_positions(position: Array) -> tuple[NDArray[np.int64], Array, float]:
-    """Positions (..., 3) [mm] in steps of one size from their least corner (3,); no error exceeds half a step [mm]."""
+    """Positions (..., 3) [mm] in whole steps from their lower corner (3,), and the step [mm]."""
     low = position.reshape(-1, 3).min(axis=0)
     step = float(np.ptp(position.reshape(-1, 3), axis=0).max()) / STEPS or 1.0
     return np.round((position - low) / step).astype(np.int64), low, step
 
 
 def packed_recording(recording: Recording, scales: dict[str, Scale]) -> tuple[dict[str, Any], bytes]:
-    """Header that JSON can hold and deflated numbers, as the page's script reads them."""
+    """Header for JSON and deflated numbers, for the script of the page."""
     packer = Packer()
     values, low, step = whole_positions(recording.position)
     alive = recording.fields.get("alive", np.ones((len(recording.time), len(recording.cells)))) > 0.5
@@ -123,22 +110,21 @@ def _body(body: Body, packer: Packer) -> dict[str, Any]:
 GENERATOR = "knittest view"
 HERE = Path(__file__).parent
 THREE, VERSION = HERE / "vendor" / "three", "0.170.0"
-#: modules of the page by the name that scripts import them under
+#: modules of the page by their import name
 MODULES = {
     "three": THREE / "three.module.min.js",
     "orbit": THREE / "OrbitControls.js",
     **{name: HERE / "page_files" / f"{name}.js" for name in ("decode", "shaders", "scene")},
 }
-#: points of the small curve, and its width and height
+#: points, width and height of the small curve
 CURVE_POINTS, WIDE, HIGH = 400, 200.0, 84.0
 
 
 def view(folder: Path, frames: int | None = None) -> Path:
-    """Write the moving view of the run folder ``folder`` into it, of ``frames`` frames at most; returns its path. The
-    run's report gets a link to it.
+    """Write the interactive view of a run folder, of ``frames`` frames at most, and link it in the report.
 
-    Raises :class:`InputError` for a folder that is no run or has no frames, :class:`ResourceError` when the page
-    cannot be written.
+    Returns its path. Raises :class:`InputError` for a folder without a run or frames, :class:`ResourceError` when the
+    page cannot be written.
     """
     if frames is not None and frames < 2:
         raise InputError(f"--frames {frames}: expected at least 2")
@@ -167,7 +153,7 @@ def _html(run: LoadedRun, header: Mapping[str, Any], data: bytes) -> str:
         path="M" + "L".join(f"{x},{y}" for x, y in curve["place"]) if curve else "",
         header=json.dumps(header, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
         data=base64.b64encode(data).decode("ascii"),
-        imports=json.dumps({"imports": {name: _module(path) for name, path in MODULES.items()}}),
+        imports=json.dumps({"imports": {n: data_uri(p.read_bytes(), "text/javascript") for n, p in MODULES.items()}}),
         style=(HERE / "page_files" / "view.css").read_text(encoding="utf-8"),
         script=(HERE / "page_files" / "app.js").read_text(encoding="utf-8"),
         generator=GENERATOR,
@@ -176,25 +162,23 @@ def _html(run: LoadedRun, header: Mapping[str, Any], data: bytes) -> str:
     )
 
 
-def _module(path: Path) -> str:
-    return f"data:text/javascript;base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
-
-
 def notices(run: LoadedRun) -> list[str]:
-    """Warnings that a reader needs before trusting what moves."""
+    """Notices on an incomplete or rejected run."""
     status = run.manifest.status
-    found = [] if status in ("", "completed") else [f"This run has not completed: {status}."]
-    return found + (["Comparison refused: " + "; ".join(run.summary.refused)] if run.summary.refused else [])
+    found = [] if status in ("", "completed") else [f"This run is incomplete: {status}."]
+    return found + (
+        ["Not compared with the experiment: " + "; ".join(run.summary.refused)] if run.summary.refused else []
+    )
 
 
 def timed(run: LoadedRun, time: np.ndarray) -> bool:
-    """Tell whether ``time`` (k,) [ms] of the frames is that of the run's curve; that of a static state is none."""
+    """Tell whether ``time`` (k,) [ms] of the frames is the time of the curve, unlike in a static test."""
     columns = run.curve
     return "time_ms" in columns and len(time) > 1 and bool(time[-1] <= columns["time_ms"].max() * 1.01)
 
 
 def _curve(run: LoadedRun, time: np.ndarray) -> dict[str, Any]:
-    """Curve of the run over ``time`` (k,) [ms] of the frames, and whether its time is that of the frames at all."""
+    """Curve of the run for ``time`` (k,) [ms] of the frames, and whether both have the same time."""
     axes = run.report.axes if run.report else None
     columns, in_time = run.curve, timed(run, time)
     if not in_time or axes is None or not {axes.x, axes.y} <= set(columns):

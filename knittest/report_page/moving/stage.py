@@ -1,4 +1,4 @@
-"""The picture that every image of a film is drawn into: title, axes of one size, colours, tools, time."""
+"""Draws the images of a film: title, axes of one size, colours, tools, time."""
 
 from dataclasses import replace
 from textwrap import wrap
@@ -15,24 +15,24 @@ from knittest.report_page.moving.recording import Array, Recording, Scale, ToolL
 
 Image = NDArray[np.uint8]
 
-#: pixels an inch: letters stay legible at 640 pixels and do not fill the picture at 1920
+#: pixels per inch, for legible letters from 640 to 1920 pixels
 DPI = 100
-#: share of the extent that is left free around what moves
+#: margin around the moving parts, as share of the extent
 MARGIN = 0.02
-#: line around shells that hides the seams between them [points]; seen from their edge, it is their thickness
+#: line around shell elements that hides the seams [points]; from the side it shows their thickness
 SEAM = 0.2
 #: room for the colour bar and for the clock, width of a letter of a notice and height of its lines [inch]
 BAR, CLOCK, LETTER, LINE = 1.15, 1.1, 0.062, 0.16
-#: length over width from which a specimen is looked at across its length
+#: length over width above which a specimen is seen across its length
 LONG = 1.5
-#: pixels of a picture of yarns along the side of one of the film: thin yarns stay smooth
+#: subdivision of the pixels of yarns, so that thin yarns stay smooth
 FINER = 2
 #: triangles of a quadrilateral
 HALVES = [[0, 1, 2], [0, 2, 3]]
 
 
 class Stage:
-    """Axes that hold the whole run as seen from ``look``, ``width`` pixels wide; ``tools`` are drawn or not."""
+    """Axes with room for the whole run as seen from ``look``, ``width`` pixels wide, with ``tools`` or without."""
 
     def __init__(self, run: LoadedRun, recording: Recording, scale: Scale, look: str, width: int, tools: bool) -> None:
         from matplotlib import colormaps
@@ -40,7 +40,9 @@ class Stage:
         from matplotlib.colors import Normalize
 
         self._recording, self._scale = recording, scale
-        self._sight = sight(look, turned=look != "top" and _lies_along_y(recording))
+        across, along = np.ptp(recording.position.reshape(-1, 3), axis=0)[:2]
+        # along y, a long specimen would hide behind its end
+        self._sight = sight(look, turned=look != "top" and bool(along > LONG * across))
         self._norm = Normalize(scale.low, scale.high, clip=True)
         self._map = colormaps["coolwarm" if scale.signed else "viridis"]
         bodies = recording.bodies if tools else ()
@@ -51,6 +53,7 @@ class Stage:
         self._view = _view(self._axes)
         thick = 2.0 * float(recording.radius.mean()) / self._view.pixel * 72.0 / DPI
         self._line = max(thick, SEAM) if look == "side" else SEAM
+        self._with_tools = bool(bodies)
         self._tools = ToolLayers(bodies, self._sight, self._view)
         unit = f" [{scale.unit}]" if scale.unit else ""
         cut = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
@@ -62,9 +65,7 @@ class Stage:
         self._drawn: list[Any] = []
 
     def image(self, position: Array, value: Array, time: float) -> Image:
-        """Pixels (rows, columns, 3) of the nodes at ``position`` (n, 3), elements coloured by ``value`` (m,), of which
-        those without a number are not drawn, and of the tools, at ``time`` [ms].
-        """
+        """Pixels (rows, columns, 3) at ``time`` [ms] of nodes at ``position``, without elements of ``value`` nan."""
         kept = np.isfinite(value)
         corners = (position @ self._sight.T)[self._recording.cells[kept]]
         colour = self._map(self._norm(self._scale.factor * value[kept]))[:, :3]
@@ -95,7 +96,7 @@ class Stage:
         places, shown = shaded(corners, colour)
         drawn = PolyCollection(list(places), facecolor=shown, edgecolor=shown, linewidth=self._line, zorder=1.0)
         self._drawn.append(self._axes.add_collection(drawn))
-        return nearest(corners[:, HALVES].reshape(-1, 3, 3), self._view)[0] if self._tools.any else np.zeros(())
+        return nearest(corners[:, HALVES].reshape(-1, 3, 3), self._view)[0] if self._with_tools else np.zeros(())
 
     def _show(self, image: Array, order: float) -> None:
         if image.size:
@@ -105,14 +106,8 @@ class Stage:
             )
 
 
-def _lies_along_y(recording: Recording) -> bool:
-    """Tell whether the specimen is much longer along y than along x: seen from there it would hide behind its end."""
-    across, along = np.ptp(recording.position.reshape(-1, 3), axis=0)[:2]
-    return bool(along > LONG * across)
-
-
 def _extent(recording: Recording, seen_from: Array, bodies: Any) -> tuple[Array, Array]:
-    """Least and largest place (2,) each that nodes and tools ever have in the picture, with a margin."""
+    """Lower and upper corner (2,) of all places of nodes and tools in the picture, with a margin."""
     seen = [(recording.position @ seen_from.T).reshape(-1, 3)]
     for body in bodies:
         seen += [body.place(frame) @ seen_from.T for frame in range(len(body.offset))]
@@ -123,7 +118,6 @@ def _extent(recording: Recording, seen_from: Array, bodies: Any) -> tuple[Array,
 
 
 def _view(axes: Any) -> View:
-    """Window of the ``axes`` in whole pixels of the picture."""
     axes.apply_aspect()
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     pixel = float(right - left) / float(axes.get_window_extent().width)
@@ -132,7 +126,7 @@ def _view(axes: Any) -> View:
 
 
 def _mean(blocks: Array) -> Array:
-    """Mean of RGBA pixels (rows, k, columns, k, 4) over their blocks; what is transparent has no colour."""
+    """Mean of RGBA pixels (rows, k, columns, k, 4) over their blocks, weighted by opacity."""
     alpha = blocks[..., 3:].sum(axis=(1, 3))
     colour = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3)) / np.maximum(alpha, 1e-12)
     return np.concatenate([colour, alpha / (blocks.shape[1] * blocks.shape[3])], axis=2)
@@ -140,14 +134,14 @@ def _mean(blocks: Array) -> Array:
 
 def _figure(run: LoadedRun, extent: Array, wide: float) -> tuple[Any, Any, Any]:
     """A figure ``wide`` [inch] with axes for ``extent`` [mm] and one for the colour bar, an even number of pixels."""
-    said = [line for notice in notices(run) for line in wrap(notice, int((wide - CLOCK) / LETTER))][::-1]
-    below = 0.3 + LINE * max(len(said) - 1, 0)
+    lines = [line for notice in notices(run) for line in wrap(notice, int((wide - CLOCK) / LETTER))][::-1]
+    below = 0.3 + LINE * max(len(lines) - 1, 0)
     tall = float(np.clip((wide - BAR) * extent[1] / extent[0], 0.4 * wide, 1.2 * wide)) + 0.5 + below
     figure = new_figure(wide, 0.02 * round(50.0 * tall))
     figure.set_dpi(DPI)
     axes = figure.add_axes((0.01, below / tall, 1.0 - BAR / wide, 1.0 - (0.5 + below) / tall))
     axes.set_axis_off()
     figure.text(0.02, 1.0 - 0.25 / tall, run.title, fontsize=11, va="center")
-    for number, line in enumerate(said):
+    for number, line in enumerate(lines):
         figure.text(0.02, (0.1 + LINE * number) / tall, line, fontsize=8, color=RED)
     return figure, axes, figure.add_axes((1.0 - (BAR - 0.2) / wide, 0.25, 0.15 / wide, 0.5))

@@ -1,1 +1,1 @@
-"""Decks for other solvers: a prepared specimen with its motion, contact and output."""
+"""Input decks for other solvers: a prepared specimen with its motion, contact and output."""

@@ -1,18 +1,18 @@
-"""Parts of a deck: the sheet, rigid tools of forming, motions and loads, contact.
+"""Parts of a deck: the fabric, rigid tools of forming, motions and loads, contact.
 
-*MAT_REINFORCED_THERMOPLASTIC (249) has what the laboratory's shells have: fibres along warp and weft that turn with
-the fabric, a curve of stress over strain for each, and one of shear over the angle between them. Its layers lie where
-the laminate's do (*INTEGRATION_SHELL), so that tension and bending stay apart.
+*MAT_REINFORCED_THERMOPLASTIC (249) has the law of the shell elements: fibres along warp and weft that turn with the
+fabric, a curve of stress over strain for each, and one of shear over the angle between them. Its layers lie at the
+offset of the laminate (*INTEGRATION_SHELL), so that tension and bending are independent.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.export.keywords import KeywordFile
+from knittest.export.keywords import KeywordFile, Value
 from knittest.kernels.shell_state import BLOCK, FIBRE_X, STATE_ROWS, Laminate
 from knittest.kernels.state import ALONG, Drive
 from knittest.kernels.tool_contact import FREE, HELD
@@ -28,25 +28,25 @@ Array = NDArray[np.float64]
 
 #: layers, each a third of the section: outer, middle, outer
 LAYERS = 3
-#: the matrix that the material asks for: its modulus over the smallest shear modulus of the fibres
+#: modulus of the matrix, which the material requires, over the smallest shear modulus of the fibres
 MATRIX_SHARE = 1e-2
 #: yield stress over the modulus of the matrix: it never yields
 ELASTIC = 1e6
 #: largest compression of fibres, strain beyond the law's last knee, and largest shear angle [rad] of the curves
 COMPRESSED, BEYOND, SHEARED = -0.5, 0.5, 1.5
-#: part of a direction that counts as none, and by which one shell's may differ from the others': blanks are uneven
+#: component of a direction that counts as zero, and largest difference of the direction between shell elements
 LEVEL, UNEVEN = 1e-3, 0.1
 
 
 def warp_direction(model: FabricModel) -> Array:
-    """Warp of all shells, (3,); raises :class:`InputError` where it differs between them."""
+    """Warp direction of all shell elements, (3,); raises :class:`InputError` where it differs between them."""
     element = np.arange(len(model.mesh.cells))
     at = (element // BLOCK) * STATE_ROWS * BLOCK + element % BLOCK
     warp = np.column_stack([model.shells.state[at + int(FIBRE_X) + k * BLOCK] for k in range(3)])
     mean: Array = warp.mean(axis=0)
     mean[np.abs(mean) < LEVEL] = 0.0
     if np.abs(warp - mean).max() > UNEVEN:
-        raise InputError("deck: the warp of the shells differs from place to place; expected one direction")
+        raise InputError("deck: the warp direction differs between shell elements; expected one direction")
     return mean / np.linalg.norm(mean)
 
 
@@ -67,43 +67,62 @@ def shear_curve(card: Laminate) -> tuple[Array, Array]:
     return np.concatenate([-half[:0:-1], half]), np.concatenate([-force[:0:-1], force])
 
 
-def add_sheet(deck: KeywordFile, model: FabricModel) -> int:
-    """Add nodes, shells, section, layers and their materials; returns the number of the fabric's part."""
-    position, card = model.position(), model.laminate
-    deck.given["node"] = len(position)
+class Part(NamedTuple):
+    """Number, name and thickness [mm] of a part in contact."""
+
+    number: int
+    name: str
+    thickness: float
+
+
+def add_block(deck: KeywordFile, keyword: str, names: str, *values: Value, title: str | None = None) -> None:
+    """Add ``keyword``, with its ``title``, and its first card."""
+    deck.keyword(keyword, title)
+    deck.card(names, *values)
+
+
+def add_part(deck: KeywordFile, title: str, part: int, section: int, material: int, keyword: str = "PART") -> None:
+    """Add a part."""
+    names = "pid secid mid eosid hgid grav adpopt tmid"
+    add_block(deck, keyword, names, part, section, material, 0, 0, 0, 0, 0, title=title)
+
+
+def add_nodes(deck: KeywordFile, points: Array) -> int:
+    """Add nodes at ``points`` (n, 3); returns the number of the first."""
+    first = deck.given.get("node", 0) + 1
+    deck.given["node"] = first - 1 + len(points)
     deck.keyword("NODE")
-    deck.rows("nid:8 x:16 y:16 z:16 tc:8 rc:8", ((n, *point, 0, 0) for n, point in enumerate(position.tolist(), 1)))
-    thick = 2.0 * card.layer_offset
-    density = float(model.mass.sum()) / (_area(model) * thick)
+    deck.rows("nid:8 x:16 y:16 z:16 tc:8 rc:8", ((n, *point, 0, 0) for n, point in enumerate(points.tolist(), first)))
+    return first
+
+
+def add_sheet(deck: KeywordFile, model: FabricModel) -> Part:
+    """Add nodes, shell elements, section, layers and their materials; returns the part of the fabric."""
+    add_nodes(deck, model.position())
+    thick = 2.0 * model.laminate.layer_offset
+    a, b, c, d = np.moveaxis(model.position()[model.mesh.cells], 1, 0)
+    area = float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
+    density = float(model.mass.sum()) / (area * thick)
     materials, section = _materials(deck, model, thick, density), deck.number_for("section")
     fabric, plies = deck.number_for("part"), [deck.number_for("part") for _ in range(2)]
-    deck.keyword("INTEGRATION_SHELL")
-    deck.card("irid nip esop failopt", 1, LAYERS, 0, 0)
+    add_block(deck, "INTEGRATION_SHELL", "irid nip esop failopt", 1, LAYERS, 0, 0)
     share = 1.0 / LAYERS
     deck.rows("s wf pid", [(-1.0, share, plies[0]), (0.0, share, plies[1]), (1.0, share, plies[0])])
     deck.keyword("SECTION_SHELL_TITLE", "fabric: layers at the laminate's offset, not at the fabric's faces")
     deck.card("secid elform shrf nip propt qr/irid icomp setyp", section, 16, 1.0, LAYERS, 0, -1, 0, 1)
     deck.card("t1 t2 t3 t4 nloc marea idof edgset", thick, thick, thick, thick, 0, 0, 0, 0)
     surface = 2.0 * float(model.mesh.radius[0])
-    deck.keyword("PART_CONTACT", "fabric")
-    deck.card("pid secid mid eosid hgid grav adpopt tmid", fabric, section, materials[1], 0, 0, 0, 0, 0)
+    add_part(deck, "fabric", fabric, section, materials[1], "PART_CONTACT")
     deck.card("fs fd dc vc optt sft ssf cparm8", None, None, None, None, surface, 1.0, 1.0, None)
     for ply, material, name in zip(plies, materials, ("outer layers", "middle layer"), strict=True):
-        deck.keyword("PART", f"{name}, without elements")
-        deck.card("pid secid mid eosid hgid grav adpopt tmid", ply, section, material, 0, 0, 0, 0, 0)
+        add_part(deck, f"{name}, without elements", ply, section, material)
     deck.keyword("ELEMENT_SHELL")
     cells = (model.mesh.cells + 1).tolist()
     deck.rows("eid:8 pid:8 n1:8 n2:8 n3:8 n4:8", ((e, fabric, *corners) for e, corners in enumerate(cells, 1)))
-    return fabric
-
-
-def _area(model: FabricModel) -> float:
-    a, b, c, d = np.moveaxis(model.position()[model.mesh.cells], 1, 0)
-    return float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
+    return Part(fabric, "fabric", surface)
 
 
 def _materials(deck: KeywordFile, model: FabricModel, thick: float, density: float) -> list[int]:
-    """Add the materials of the outer layers and of the middle one; returns their numbers."""
     card, ply = model.laminate, thick / LAYERS
     angle, force = shear_curve(card)
     shear = deck.curve("fabric: shear stress [MPa] over the shear angle [rad]", angle, force / thick)
@@ -134,16 +153,16 @@ def _materials(deck: KeywordFile, model: FabricModel, thick: float, density: flo
     return numbers
 
 
-#: degrees of freedom of the target by those of the kernel
+#: degrees of freedom in the deck by those of the kernel
 DOF = (1, 2, 3, 5, 6, 7)
 AXES = ("x", "y", "z", "rx", "ry", "rz")
-#: what a curve goes on beyond the end of the run, and how far a knot is moved off the one before, over its duration
+#: extension of a curve beyond the end of the run, and shift of a knot off the one before, over the duration
 SPARE, NUDGE = 0.01, 1e-9
 VELOCITY = 0
 
 
 def add_curve(deck: KeywordFile, title: str, table: Table, end: float) -> int:
-    """Add ``table`` from 0 to beyond ``end`` [ms], where the target would let it fall to 0; returns its number."""
+    """Add ``table`` from 0 to beyond ``end`` [ms], where the solver takes it as 0; returns its number."""
     time, value = np.array(table.time, float), np.array(table.value, float)
     last = end * (1.0 + SPARE)
     inside = (time > 0.0) & (time < last)
@@ -155,56 +174,44 @@ def add_curve(deck: KeywordFile, title: str, table: Table, end: float) -> int:
     return deck.curve(title, time, value)
 
 
-def add_node_set(deck: KeywordFile, title: str, nodes: Iterable[int]) -> int:
-    """Add a set of ``nodes`` as the model numbers them; returns its number."""
-    number = deck.number_for("node set")
-    deck.keyword("SET_NODE_LIST_TITLE", title)
+def add_set(deck: KeywordFile, kind: str, title: str, members: Iterable[int]) -> int:
+    """Add a set of nodes or parts (``kind``); returns its number."""
+    number = deck.number_for(f"{kind} set")
+    deck.keyword(f"SET_{kind.upper()}_LIST_TITLE", title)
     deck.card("sid da1 da2 da3 da4 solver", number, 0.0, 0.0, 0.0, 0.0, "MECH")
-    deck.numbers(int(n) + 1 for n in nodes)
+    deck.numbers(members)
     return number
 
 
 def add_motions(deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: list[Table], end: float) -> None:
-    """Add all that ``drive`` holds, moves and loads; ``model`` is clamped by it already, ``end`` [ms] that of the test.
-
-    Raises :class:`InputError` for motions along axes of their own.
-    """
+    """Add constraints, motions, loads of ``drive`` up to ``end`` [ms]; raises :class:`InputError` for oblique ones."""
     node, dof, table = (np.asarray(a) for a in (drive.motions.node, drive.motions.dof, drive.motions.table))
     scale = drive.motions.scale
     if (dof >= ALONG).any():
-        raise InputError("deck: motions along axes of their own are not written; expected x, y and z")
+        raise InputError("deck: motions along oblique axes are not supported; expected motions along x, y or z")
     still = (scale == 0.0) | np.array([not any(t.value) for t in tables])[table]
     held = np.zeros((model.n_nodes, 6), bool)
-    held[model.mass == 0.0] = True  # gripped: what does not move is held
+    held[model.mass == 0.0] = True  # clamped nodes
     held[node[~still], dof[~still]] = False
     held[node[still], dof[still]] = True
-    _add_held(deck, held)
+    for flags in np.unique(held[held.any(axis=1)], axis=0):
+        names = ", ".join(name for name, flag in zip(AXES, flags, strict=True) if flag)
+        nodes = add_set(deck, "node", f"held in {names}", np.flatnonzero((held == flags).all(axis=1)) + 1)
+        names = "nsid cid dofx dofy dofz dofrx dofry dofrz"
+        add_block(deck, "BOUNDARY_SPC_SET", names, nodes, 0, *(int(flag) for flag in flags))
     curves: dict[int, int] = {}
     for number, axis in sorted({(int(t), int(d)) for t, d in zip(table[~still], dof[~still], strict=True)}):
         of = ~still & (table == number) & (dof == axis)
         if number not in curves:
             curves[number] = add_curve(deck, f"velocity {number} [mm/ms] over time [ms]", tables[number], end)
-        _add_moved(deck, node[of], scale[of], axis, curves[number])
+        moved, share, keyword = node[of] + 1, scale[of], "BOUNDARY_PRESCRIBED_MOTION_NODE"
+        if np.all(share == share[0]):  # one set, else a row for each node with its share of the curve
+            moved, share = np.array([add_set(deck, "node", f"moved along {AXES[axis]}", moved)]), share[:1]
+            keyword = "BOUNDARY_PRESCRIBED_MOTION_SET"
+        deck.keyword(keyword)
+        rows = [(int(n), DOF[axis], VELOCITY, curves[number], float(s)) for n, s in zip(moved, share, strict=True)]
+        deck.rows("id dof vad lcid sf", rows)
     _add_loads(deck, drive, tables, end)
-
-
-def _add_held(deck: KeywordFile, held: NDArray[np.bool_]) -> None:
-    for flags in np.unique(held[held.any(axis=1)], axis=0):
-        names = ", ".join(name for name, flag in zip(AXES, flags, strict=True) if flag)
-        nodes = add_node_set(deck, f"held in {names}", np.flatnonzero((held == flags).all(axis=1)))
-        deck.keyword("BOUNDARY_SPC_SET")
-        deck.card("nsid cid dofx dofy dofz dofrx dofry dofrz", nodes, 0, *(int(f) for f in flags))
-
-
-def _add_moved(deck: KeywordFile, node: Array, scale: Array, axis: int, curve: int) -> None:
-    """One set where all move alike, else a row a node with its share of the curve."""
-    if np.all(scale == scale[0]):
-        rows = [(add_node_set(deck, f"moved along {AXES[axis]}", node), DOF[axis], VELOCITY, curve, float(scale[0]))]
-        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_SET")
-    else:
-        rows = [(int(n) + 1, DOF[axis], VELOCITY, curve, float(s)) for n, s in zip(node, scale, strict=True)]
-        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_NODE")
-    deck.rows("id dof vad lcid sf", rows)
 
 
 def _add_loads(deck: KeywordFile, drive: Drive, tables: list[Table], end: float) -> None:
@@ -217,16 +224,16 @@ def _add_loads(deck: KeywordFile, drive: Drive, tables: list[Table], end: float)
         rows += [
             (int(first) + k + 1, DOF[int(dof)], curve, float(value))
             for k, value in enumerate(values)
-            if value != 0.0  # the target reads a factor of 0 as its default, 1
+            if value != 0.0  # the solver reads a factor of 0 as its default, 1
         ]
     if rows:
         deck.keyword("LOAD_NODE_POINT")
         deck.rows("nid dof lcid sf", rows)
 
 
-#: thickness of the tools' shells, by which a free one has its mass [mm], and that which contact sees [mm]
+#: thickness of the tools' shell elements, for the mass of a free tool [mm], and their thickness in contact [mm]
 THICK, SEEN = 1.0, 0.01
-#: steel, which stands for rigid tools: density [g/mm3], modulus [MPa], Poisson's ratio
+#: steel of the rigid tools: density [g/mm3], modulus [MPa], Poisson's ratio
 STEEL, MODULUS, POISSON = 7.85e-3, 210e3, 0.3
 #: a floor is wider than the blank by this factor
 WIDER = 1.5
@@ -235,30 +242,30 @@ ALONG_Z, FIXED = 4, 7
 DOF_Z = 3
 
 
-def surfaces(rig: FormingTest, position: Array) -> dict[str, TriangleMesh]:
-    """The tools of ``rig`` by name, in the order in which its boundary numbers them, the floor last; ``position``
-    (n, 3) [mm] is the blank's.
-    """
-    found = {name: tool.solid for name, tool in rig.tools.by_name.items()}
-    if rig.floor is not None:
-        (x0, y0), (x1, y1) = WIDER * position[:, :2].min(axis=0), WIDER * position[:, :2].max(axis=0)
-        corners = np.array([[x, y, rig.floor] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
-        found["floor"] = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
-    return found
-
-
 def add_tools(deck: KeywordFile, rig: FormingTest, boundary: Boundary, end: float, first_element: int) -> list[int]:
-    """Add the tools with nodes and elements after those of the fabric, their motions and loads; returns their parts."""
+    """Add the tools after the nodes and elements of the fabric, with motions and loads; returns their parts."""
     deck.given["element"] = first_element - 1
     section = deck.number_for("section")
     deck.keyword("SECTION_SHELL_TITLE", "tools")
     deck.card("secid elform shrf nip propt qr/irid icomp setyp", section, 2, 1.0, 2, 0, 0, 0, 1)
     deck.card("t1 t2 t3 t4 nloc marea idof edgset", THICK, THICK, THICK, THICK, 0, 0, 0, 0)
     parts = []
-    named = surfaces(rig, boundary.model.position())
-    for (name, surface), tool in zip(named.items(), boundary.tools, strict=True):
+    surfaces = {name: tool.solid for name, tool in rig.tools.by_name.items()}
+    if rig.floor is not None:
+        place = boundary.model.position()[:, :2]
+        (x0, y0), (x1, y1) = WIDER * place.min(axis=0), WIDER * place.max(axis=0)
+        corners = np.array([[x, y, rig.floor] for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
+        surfaces["floor"] = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    for (name, surface), tool in zip(surfaces.items(), boundary.tools, strict=True):
         parts.append(_add_tool(deck, name, surface, tool, section))
-        _add_motion(deck, name, parts[-1], tool, boundary, end)
+        motion, load = tool.motion[2], tool.load[2]
+        if motion >= 0:
+            curve = add_curve(deck, f"velocity of the {name} [mm/ms] over time [ms]", boundary.tables[motion], end)
+            keyword = "BOUNDARY_PRESCRIBED_MOTION_RIGID"
+            add_block(deck, keyword, "pid dof vad lcid sf", parts[-1], DOF_Z, VELOCITY, curve, 1.0)
+        if load >= 0:
+            curve = add_curve(deck, f"force on the {name} [N] over time [ms]", boundary.tables[load], end)
+            add_block(deck, "LOAD_RIGID_BODY", "pid dof lcid sf", parts[-1], DOF_Z, curve, 1.0)
     return parts
 
 
@@ -270,13 +277,8 @@ def _add_tool(deck: KeywordFile, name: str, surface: TriangleMesh, tool: Tool, s
     deck.card("mid ro e pr n couple m alias", card, density, MODULUS, POISSON, 0.0, 0.0, 0.0, None)
     deck.card("cmo con1 con2", 1.0, ALONG_Z if free else FIXED, FIXED)
     deck.card("lco_or_a1 a2 a3 v1 v2 v3", 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    deck.keyword("PART", name)
-    deck.card("pid secid mid eosid hgid grav adpopt tmid", part, section, card, 0, 0, 0, 0, 0)
-    first = deck.given["node"] + 1
-    deck.given["node"] += len(surface.points)
-    deck.keyword("NODE")
-    rows = ((first + k, *point, 0, 0) for k, point in enumerate(surface.points.tolist()))
-    deck.rows("nid:8 x:16 y:16 z:16 tc:8 rc:8", rows)
+    add_part(deck, name, part, section, card)
+    first = add_nodes(deck, surface.points)
     element = deck.given["element"] + 1
     deck.given["element"] += len(surface.triangles)
     deck.keyword("ELEMENT_SHELL")
@@ -287,69 +289,30 @@ def _add_tool(deck: KeywordFile, name: str, surface: TriangleMesh, tool: Tool, s
     return part
 
 
-def _add_motion(deck: KeywordFile, name: str, part: int, tool: Tool, boundary: Boundary, end: float) -> None:
-    motion, load = tool.motion[2], tool.load[2]
-    if motion >= 0:
-        curve = add_curve(deck, f"velocity of the {name} [mm/ms] over time [ms]", boundary.tables[motion], end)
-        deck.keyword("BOUNDARY_PRESCRIBED_MOTION_RIGID")
-        deck.card("pid dof vad lcid sf", part, DOF_Z, VELOCITY, curve, 1.0)
-    if load >= 0:
-        curve = add_curve(deck, f"force on the {name} [N] over time [ms]", boundary.tables[load], end)
-        deck.keyword("LOAD_RIGID_BODY")
-        deck.card("pid dof lcid sf", part, DOF_Z, curve, 1.0)
-
-
 #: kinds of surface in *CONTACT: a set of parts, a part
 PART_SET, PART = 2, 3
-#: stiffness by the masses of the nodes and the step, as the laboratory's contact with tools has it
+#: contact stiffness from nodal masses and time step, as in the contact with tools of knittest
 SOFT = 1
-#: overlaps at the start are free of force and tracked
+#: initial overlaps carry no force and are tracked
 IGNORE = 1
-#: decay [ms/mm] by which a static coefficient above the kinetic one is gone at 0.01 mm/ms
+#: decay [ms/mm] from the static to the kinetic coefficient, complete at 0.01 mm/ms
 DECAY = 500.0
 
 
-@dataclass(frozen=True)
-class Rubbing:
-    """Coulomb coefficients before and while it slips, and viscous damping over critical [-]."""
+class Rubbing(NamedTuple):
+    """Static and kinetic Coulomb coefficient, and viscous damping over critical [-]."""
 
     static: float
     kinetic: float
     damping: float = CONTACT_DAMPING
 
 
-def add_part_set(deck: KeywordFile, title: str, parts: list[int]) -> int:
-    """Add a set of ``parts``; returns its number."""
-    number = deck.number_for("part set")
-    deck.keyword("SET_PART_LIST_TITLE", title)
-    deck.card("sid da1 da2 da3 da4 solver", number, 0.0, 0.0, 0.0, 0.0, "MECH")
-    deck.numbers(parts)
-    return number
-
-
-def add_within(deck: KeywordFile, kind: str, title: str, parts: int, law: Rubbing, pressed: bool = False) -> None:
-    """Add contact of ``kind`` of a set of ``parts`` with itself; what is ``pressed`` at the start pushes apart."""
-    _add(deck, kind, title, (parts, 0, PART_SET, 0), law, (None, None), 0 if pressed else IGNORE)
-
-
-def add_with_tool(
-    deck: KeywordFile, kind: str, title: str, part: int, tool: int, law: Rubbing, thickness: float
-) -> None:
-    """Add contact of ``kind`` of a ``part`` of ``thickness`` [mm] with the part of a ``tool``."""
-    _add(deck, kind, title, (part, tool, PART, PART), law, (thickness, SEEN), IGNORE)
-
-
-def _add(
-    deck: KeywordFile,
-    kind: str,
-    title: str,
-    surfaces: tuple[int, int, int, int],
-    law: Rubbing,
-    thickness: tuple[float | None, float | None],
-    ignore: int,
-) -> None:
-    deck.keyword(f"CONTACT_{kind}_ID")
-    deck.card("cid heading:70", deck.number_for("contact"), title.replace(",", ";")[:70])
+def add_contact(
+    deck: KeywordFile, kind: str, title: str, surfaces: tuple[int, int, int, int], law: Rubbing,
+    thickness: tuple[float | None, float | None] = (None, None), ignore: int = IGNORE,
+) -> None:  # fmt: skip
+    """Add contact of ``kind`` between two ``surfaces`` (their numbers, then their types) of ``thickness`` [mm]."""
+    add_block(deck, f"CONTACT_{kind}_ID", "cid heading:70", deck.number_for("contact"), title.replace(",", ";")[:70])
     deck.card("surfa surfb surfatyp surfbtyp saboxid sbboxid sapr sbpr", *surfaces, 0, 0, 1, 1)
     decay = DECAY if law.static > law.kinetic else 0.0
     deck.card("fs fd dc vc vdc penchk bt dt", law.static, law.kinetic, decay, 0.0, 100.0 * law.damping, 0, 0.0, 1e20)

@@ -1,12 +1,10 @@
-"""Yarns of a deck: each beam as a resultant beam that bends and a cable beside it that carries its tension.
+"""Yarns of a deck: each beam element as a resultant beam for bending and a parallel cable for tension.
 
-No resultant beam of the target takes an axial law whose slope rises, as slack and toes make it, and none breaks at a
-strain. So a Belytschko-Schwer beam (ELFORM 2, *MAT_ELASTIC) has bending and torsion with a small share of the axial
-stiffness, and a cable (ELFORM 6, *MAT_CABLE_DISCRETE_BEAM) between the same nodes has what the law carries beyond
-that, over engineering strain, and breaks at the strain of its beam.
+No resultant beam of the solver has an axial law of rising slope (slack, toe) or a failure strain. So a
+Belytschko-Schwer beam (ELFORM 2, *MAT_ELASTIC) has bending and torsion with a small share of the axial stiffness. A
+cable (ELFORM 6, *MAT_CABLE_DISCRETE_BEAM) between the same nodes carries the rest of the axial law over engineering
+strain, and breaks at the failure strain.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,46 +12,24 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile
 from knittest.models.yarn_model import YarnModel
+from knittest.runs.deck.sheet import Part, add_nodes, add_part
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 #: share of the axial stiffness, and of the mass, that the bending beams have
 AXIAL_SHARE, MASS_SHARE = 0.01, 0.1
-#: Poisson's ratio of the bending beams' material, which only names their shear modulus
+#: Poisson's ratio of the bending beams' material; it only sets their shear modulus
 POISSON = 0.3
-#: curves go on to this multiple of the strain at failure, or to this strain where nothing breaks
+#: end of the curves: multiple of the failure strain, or a strain beyond slack for yarns that do not fail
 BEYOND, UNBROKEN = 1.2, 0.5
 #: distance of the orientation nodes over the size of the specimen
 FAR = 10.0
 NEVER = 1e20
 
 
-@dataclass(frozen=True)
-class YarnParts:
-    """Parts of the yarns as written: ``parts`` numbers of the bending beams by section, ``systems`` their names,
-    ``radius`` [mm] of each, and ``broken`` [-] the least strain at failure.
-    """
-
-    parts: list[int]
-    systems: list[str]
-    radius: list[float]
-    broken: float
-
-
-def section_of(model: YarnModel) -> Index:
-    """Section of each element of the mesh, (n_el,)."""
-    section = np.zeros(model.n_nodes, np.int64)
-    for first, stop, number in model.parts.span:
-        section[first:stop] = number
-    return section[model.element_node]
-
-
 def cable_law(knee: Array, slope: Array, slack: float, held: float, end: float) -> tuple[Array, Array]:
-    """Strain [-] and force [N] that a cable carries beside a beam of stiffness ``held`` [N], up to strain ``end``.
-
-    The yarn's law is sum_k slope[k] max(e - slack - knee[k], 0) [N]; the cable has what is more than held * e.
-    """
+    """Strain [-] and force [N] of a cable: sum_k slope[k] max(e - slack - knee[k], 0) less held * e, up to ``end``."""
     knot = np.unique(np.concatenate([[0.0], slack + knee[slope != 0.0], [end]]))
     knot = knot[knot <= end]
     more = (slope * np.maximum(knot[:, None] - slack - knee, 0.0)).sum(axis=1) - held * knot
@@ -64,76 +40,43 @@ def cable_law(knee: Array, slope: Array, slack: float, held: float, end: float) 
     return knot[order], np.maximum(more[order], 0.0)
 
 
-def add_yarns(deck: KeywordFile, model: YarnModel) -> YarnParts:
-    """Add nodes, beams, cables, their sections and materials; raises :class:`InputError` for flat sections."""
+def add_yarns(deck: KeywordFile, model: YarnModel) -> list[Part]:
+    """Add the yarns; returns the bending beams' parts. Raises :class:`InputError` for elliptic sections."""
     if np.any(model.beams.excess != 0.0) or model.group.excess.size:
-        raise InputError(
-            "deck: yarns of flat sections are not written; expected round ones, a fabric without "
-            "fabric.reinforcing.section"
-        )
-    position, cells, section = model.position(), model.mesh.cells, section_of(model)
+        raise InputError("deck: elliptic yarn sections are not supported; leave out fabric.reinforcing.section")
+    position, cells, section = model.position(), model.mesh.cells, np.zeros(model.n_nodes, np.int64)
+    for first, stop, number in model.parts.span:
+        section[first:stop] = number
+    section = section[model.element_node]
     length = np.linalg.norm(position[cells[:, 1]] - position[cells[:, 0]], axis=1)
-    _nodes(deck, position)
-    parts, systems, radii, rows = [], [], [], []
+    middle, size = position.mean(axis=0), float(np.ptp(position, axis=0).max())
+    deck.comment("nodes of the yarns; the last three only orient the beams, whose sections are round")
+    add_nodes(deck, np.vstack([position, middle + FAR * size * np.eye(3)]))
+    parts, rows = list[Part](), list[tuple[int, ...]]()
     for number in np.unique(section):
         of = section == number
-        own = _Own(model, int(number), np.flatnonzero(of), length[of])
-        parts.append(own.add_bending(deck))
-        systems.append(own.name)
-        radii.append(own.radius)
-        rows += own.bending_rows(parts[-1], position) + own.add_cables(deck)
+        own = _Section(model, int(number), np.flatnonzero(of), length[of])
+        parts.append(Part(own.add_bending(deck), own.name, 2.0 * own.radius))
+        rows += own.bending_rows(parts[-1].number, position) + own.add_cables(deck)
     deck.keyword("ELEMENT_BEAM")
     deck.rows("eid:8 pid:8 n1:8 n2:8 n3:8", rows)
-    return YarnParts(parts, systems, radii, float(model.beams.fail_strain[model.element_node].min()))
+    return parts
 
 
-def _nodes(deck: KeywordFile, position: Array) -> None:
-    """Nodes of the yarns from 1 on, then one far out along each axis that beams are oriented by."""
-    middle, size = position.mean(axis=0), float(np.ptp(position, axis=0).max())
-    oriented = middle + FAR * size * np.eye(3)
-    deck.given["node"] = len(position) + 3
-    deck.comment("nodes of the yarns; the last three only orient the beams, whose sections are round")
-    deck.keyword("NODE")
-    deck.rows(
-        "nid:8 x:16 y:16 z:16 tc:8 rc:8",
-        ((n, *point, 0, 0) for n, point in enumerate(np.vstack([position, oriented]).tolist(), 1)),
-    )
-
-
-@dataclass(frozen=True)
-class _Own:
+class _Section:
     """Elements of one section: their ``numbers`` in the mesh and ``length`` [mm]."""
 
-    model: YarnModel
-    section: int
-    numbers: Index
-    length: Array
-
-    @property
-    def name(self) -> str:
-        return self.model.mesh.part_names[int(self.model.section_part[self.section])]
-
-    @property
-    def radius(self) -> float:
-        return float(self.model.mesh.radius[self.numbers[0]])
-
-    @property
-    def area(self) -> float:
-        return np.pi * self.radius**2
-
-    @property
-    def axial(self) -> float:
-        """Largest tangent of the axial law [N]."""
-        return float(np.cumsum(self.model.beams.hinge_slope[self.section]).max())
-
-    @property
-    def line_mass(self) -> float:
-        """Mass over length [g/mm]: that of the model's nodes, with what mass scaling added."""
-        nodes = np.unique(self.model.mesh.cells[self.numbers])
-        return float(self.model.mass[nodes].sum() / self.length.sum())
+    def __init__(self, model: YarnModel, section: int, numbers: Index, length: Array) -> None:
+        self.model, self.section, self.numbers, self.length = model, section, numbers, length
+        self.name = model.mesh.part_names[int(model.section_part[section])]
+        self.radius = float(model.mesh.radius[numbers[0]])
+        self.area = np.pi * self.radius**2
+        self.axial = float(np.cumsum(model.beams.hinge_slope[section]).max())  # largest tangent [N]
+        nodes = np.unique(model.mesh.cells[numbers])
+        self.line_mass = float(model.mass[nodes].sum() / length.sum())  # [g/mm], mass scaling included
 
     def add_bending(self, deck: KeywordFile) -> int:
-        """Add the resultant beams' part; returns its number."""
+        """Add the part of the bending beams; returns its number."""
         _, _, torsion, bending = self.model.beams.stiffness[self.section]
         modulus = AXIAL_SHARE * self.axial / self.area
         shear = modulus / (2.0 * (1.0 + POISSON))
@@ -146,13 +89,12 @@ class _Own:
         deck.card(
             "mid ro e pr da db not_used", card, MASS_SHARE * self.line_mass / self.area, modulus, POISSON, 0, 0, 0
         )
-        deck.keyword("PART_CONTACT", f"{self.name}, bending")
-        deck.card("pid secid mid eosid hgid grav adpopt tmid", part, beam, card, 0, 0, 0, 0, 0)
+        add_part(deck, f"{self.name}, bending", part, beam, card, "PART_CONTACT")
         deck.card("fs fd dc vc optt sft ssf cparm8", None, None, None, None, 2.0 * self.radius, 1.0, 1.0, None)
         return part
 
     def bending_rows(self, part: int, position: Array) -> list[tuple[int, ...]]:
-        """Rows of the elements, numbered as in the mesh from 1 on, each with the orientation node across it."""
+        """Rows of the elements, numbered as in the mesh from 1 on, each with its orientation node."""
         cells = self.model.mesh.cells[self.numbers]
         across = np.argmin(np.abs(position[cells[:, 1]] - position[cells[:, 0]]), axis=1)
         third = len(position) + 1 + across
@@ -160,7 +102,7 @@ class _Own:
         return [tuple(row) for row in numbers.tolist()]
 
     def add_cables(self, deck: KeywordFile) -> list[tuple[int, ...]]:
-        """Add a part of cables for each slack and strain at failure; returns the rows of their elements."""
+        """Add a part of cables for each slack and failure strain; returns the rows of their elements."""
         beams, node = self.model.beams, self.model.element_node[self.numbers]
         kinds, which = np.unique(
             np.column_stack([beams.slack[node], beams.fail_strain[node]]), axis=0, return_inverse=True
@@ -191,6 +133,5 @@ class _Own:
         density = (1.0 - MASS_SHARE) * self.line_mass / self.area
         deck.card("mid ro e lcid f0 tmaxf0 tramp iread", card, density, self.axial / self.area, curve, 0.0, 0.0, 0.0, 1)
         deck.card("output tstart fracl0 mxeps mxfrc", 1, 0.0, 0.0, fail if breaks else NEVER, NEVER)
-        deck.keyword("PART", title)
-        deck.card("pid secid mid eosid hgid grav adpopt tmid", part, beam, card, 0, 0, 0, 0, 0)
+        add_part(deck, title, part, beam, card)
         return part

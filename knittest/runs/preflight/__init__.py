@@ -1,1 +1,1 @@
-"""Checks before a run: sizes, counterparts of its numbers, and the time it will take."""
+"""Checks before a run: model sizes, independent values of the fabric's numbers, and the run time."""

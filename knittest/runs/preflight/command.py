@@ -1,10 +1,11 @@
-"""Carries out ``knittest check``: models, times and counterparts of its runs, as lines or as JSON."""
+"""Carries out ``knittest check``: models and run times, and the counterparts of the fabric, as lines or as JSON."""
 
 import sys
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numba
 
@@ -16,7 +17,6 @@ from knittest.config.run import Run
 from knittest.experiment.origin import borrowed
 from knittest.kernels.threading import best_threads
 from knittest.runs.preflight.model import (
-    ModelFacts,
     estimate,
     model_facts,
     model_lines,
@@ -33,7 +33,7 @@ from knittest.runs.specimen import prepare
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """Options on what to leave out or add, and how to say it."""
+    """Options of ``knittest check``."""
 
     threads: int | None = None
     as_json: bool = False
@@ -43,70 +43,67 @@ class CheckOptions:
 
 
 def check_command(runs: Sequence[Run], options: CheckOptions, cells: Sequence[Run] = ()) -> int:
-    """Check the models of ``runs`` and their fabric; returns the exit code.
-
-    ``cells`` are paths of a cell of yarns from which a run derives the material card of its shells first.
-    """
+    """Check the models of ``runs`` and their fabric; ``cells`` derive its macro card first. Returns the exit code."""
     numba.set_num_threads(best_threads(options.threads))
-    passed, models = True, []
+    say = (lambda lines: None) if options.as_json else print_text
+    passed, models, fabric = True, [], runs[0].fabric
     card = _card(cells, options)
-    _say(card, options)
+    say(card)
     for run in runs if not cells else ():
-        lines, found = _model(run, options)
-        models.append(found)
-        _say(lines, options)
+        lines, facts = _model(run, options)
+        models.append(facts)
+        say(lines)
         if options.convergence:
             study, converged = speed_study(run)
-            found["converged"] = converged
-            _say(study, options)
+            facts["converged"] = converged
+            say(study)
             passed = passed and converged
-    rows = counterparts(runs[0].fabric)
-    _say(derived_lines(runs[0].fabric), options)
-    told = table_lines(rows, width_of(sys.stdout))
-    _say([f"{runs[0].fabric.name}: its numbers beside what else is known of them", *told], options)
-    _say([summary_line(rows), *taken_over(runs[0].fabric), *rig_lines(runs[0].fabric)], options)
+    rows = counterparts(fabric)
+    say(derived_lines(fabric))
+    say([f"{fabric.name}: values of the fabric file and their counterparts", *table_lines(rows, width_of(sys.stdout))])
+    say([summary_line(rows), *taken_over(fabric), *rig_lines(fabric)])
     if options.as_json:
         print_json(
             {
                 "models": models,
-                "derived": {name: q.model_dump() for name, q in derived_numbers(runs[0].fabric).items()},
+                "derived": {name: q.model_dump() for name, q in derived_numbers(fabric).items()},
                 "card": card,
                 "counterparts": [row.as_json() for row in rows],
-                "assumed_curves": borrowed(runs[0].fabric),
-                "rigs": rigs_of(runs[0].fabric),
+                "assumed_curves": borrowed(fabric),
+                "rigs": rigs_of(fabric),
             }
         )
     return 0 if passed else OutOfTolerance.exit_code
 
 
 def _card(cells: Sequence[Run], options: CheckOptions) -> list[str]:
-    """Lines on the material card that is to be derived before there is a model of shells to be checked."""
     if not cells:
         return []
     name, parallel = cells[0].fabric.name, min(numba.get_num_threads(), len(cells))
     lines = [
-        f"fabric {name} has no material card of the shells: a run at the macro scale first derives it from "
-        f"{len(cells)} paths of a cell of its yarns, {parallel} at a time, and keeps it in the cache"
+        f"fabric {name} has no macro material card: a macro run first derives it from {len(cells)} simulations of a "
+        f"meso cell, {parallel} in parallel, and caches it"
     ]
     if options.timed:
         times = [time.seconds for cell in cells if (time := estimate(cell, prepare(cell))) is not None]
         lines.append(f"  time                   about {rounded(sum(times) / parallel)}, once")
-    return [*lines, "  model of the shells    can be checked when the card has been derived"]
+    return [*lines, "  macro model            can be checked after the card has been derived"]
 
 
 def taken_over(fabric: Fabric) -> list[str]:
-    """A line a curve of ``fabric`` that by its head is another fabric's, whatever the file says."""
+    """A line for each curve of ``fabric`` whose header names another fabric."""
     return [
-        f"{field}: of {owner} by its head, so assumed for {fabric.name}" for field, owner in borrowed(fabric).items()
+        f"{field}: its header names {owner}, so it is assumed for {fabric.name}"
+        for field, owner in borrowed(fabric).items()
     ]
 
 
 def counterparts(fabric: Fabric) -> list[Counterpart]:
-    """All counterparts of the numbers of ``fabric``."""
+    """All counterparts of the values of ``fabric``."""
     return [with_owner(row, fabric) for row in (*test_counterparts(fabric), *yarn_counterparts(fabric))]
 
 
-def _model(run: Run, options: CheckOptions) -> tuple[list[str], ModelFacts]:
+def _model(run: Run, options: CheckOptions) -> tuple[list[str], dict[str, Any]]:
     kind = kinds()[run.rig.kind]
     checked, numbers = kind.load("checked")(run, options.folder) if kind.checked else ([], None)
     start = clock.perf_counter()
@@ -119,11 +116,6 @@ def _model(run: Run, options: CheckOptions) -> tuple[list[str], ModelFacts]:
     if options.timed:
         time = estimate(run, prepared, spent)
         facts["estimate"] = None if time is None else time.as_json()
-        said = "none: the number of steps that a strip takes to come to rest is not known beforehand"
-        lines.append(f"  time                   {said if time is None else time.text()}")
+        unknown = "no estimate: the number of steps to static equilibrium is not known beforehand"
+        lines.append(f"  time                   {unknown if time is None else time.text()}")
     return lines, facts
-
-
-def _say(lines: Sequence[str], options: CheckOptions) -> None:
-    if not options.as_json:
-        print_text(lines)

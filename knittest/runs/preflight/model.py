@@ -1,17 +1,15 @@
-"""The model of a run before it starts: sizes, masses, time step, memory, initial overlap, speed, the time it will
-take.
-"""
+"""Model of a run before it starts: sizes, masses, time step, memory, initial overlap, speed, run time."""
 
 import time as clock
-from dataclasses import dataclass
-from typing import Any, NotRequired, TypedDict
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, cast
 
 from knittest.base.errors import NumericalError
 from knittest.base.history import OVERLAP_COUNTS
 from knittest.base.kinds import kinds
 from knittest.config.doubtful import doubts
 from knittest.config.fabric import Fabric
-from knittest.config.fields import place
 from knittest.config.loading import DIRECTIONS, own_fields, own_value, taken_over
 from knittest.config.run import Run
 from knittest.config.sources import numbers_of
@@ -19,51 +17,24 @@ from knittest.kernels.threading import limited
 from knittest.laboratory.after_rest import SPEED, at_result_speed, kept_speed
 from knittest.laboratory.base import Holder, Prepared
 from knittest.laboratory.halving import changes, halving
-from knittest.models.boundary import Boundary, Readings
+from knittest.models.boundary import Boundary
+from knittest.report_page.parameters import unit_of
 from knittest.runs.specimen import run_specimen, threads_for
 from knittest.solve.compiling import warm
 from knittest.solve.simulate import simulate
 from knittest.solve.state import Observer, Rig
 
-#: bytes a node takes in all arrays, about
+#: approximate bytes per node in all arrays
 BYTES_PER_NODE = 900
 
 
-class ModelFacts(TypedDict):
-    """Numbers of a model, with their units in the names; overlaps are of yarns."""
-
-    fabric: str
-    parameters: str
-    test: str
-    direction: str
-    scale: str
-    preset: str
-    specimen: dict[str, float]
-    elements: int
-    nodes: int
-    mass_g: float
-    area_mass_g_m2: float
-    time_step_us: float
-    added_mass_pct: float
-    steps_at_most: int
-    duration_ms: float
-    arrays_mb: float
-    notes: list[str]
-    overlap_pct: NotRequired[float]
-    overlapping_contacts: NotRequired[int]
-    worst_overlaps: NotRequired[list[str]]
-    tools: NotRequired[dict[str, object]]
-    estimate: NotRequired[dict[str, object] | None]
-    converged: NotRequired[bool]
-
-
-def model_facts(run: Run, prepared: Prepared) -> ModelFacts:
-    """Numbers of the ``prepared`` model of ``run``, with their units in the names."""
+def model_facts(run: Run, prepared: Prepared) -> dict[str, Any]:
+    """Numbers of the ``prepared`` model of ``run``, with units in their names; overlaps for the meso scale."""
     model = prepared.model
     overlaps = model.prepare()
     step = run.solver.safety * model.critical_step
     mass = float(model.mass.sum())
-    facts: ModelFacts = {
+    facts = {
         "fabric": run.fabric.name,
         "parameters": run.parameters,
         "test": run.rig.kind,
@@ -90,7 +61,7 @@ def model_facts(run: Run, prepared: Prepared) -> ModelFacts:
     return facts
 
 
-def model_lines(run: Run, facts: ModelFacts) -> list[str]:
+def model_lines(run: Run, facts: Mapping[str, Any]) -> list[str]:
     """:func:`model_facts` as lines for a user."""
     what = " ".join(part for part in (facts["test"], facts["direction"]) if part)
     specimen = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in facts["specimen"].items())
@@ -102,20 +73,20 @@ def model_lines(run: Run, facts: ModelFacts) -> list[str]:
         f"  mass                   {facts['mass_g']:.3f} g, {facts['area_mass_g_m2']:.0f} g/m2 ({given.source} "
         f"{given.value:g} g/m2)",
         f"  time step              {facts['time_step_us']:.4f} us, added mass {facts['added_mass_pct']:.2f} %",
-        f"  steps, at most         {facts['steps_at_most']} ({facts['duration_ms']:.2f} ms of test)",
-        f"  arrays                 {facts['arrays_mb']:.0f} MB, about",
+        f"  steps (maximum)        {facts['steps_at_most']} ({facts['duration_ms']:.2f} ms of test)",
+        f"  memory                 about {facts['arrays_mb']:.0f} MB of arrays",
     ]
     if "overlap_pct" in facts:
         lines.append(
-            f"  overlap at the start   {facts['overlap_pct']:.2f} % of a radius; {facts['overlapping_contacts']} "
-            f"contacts above {100.0 * OVERLAP_COUNTS:g} %"
+            f"  initial yarn overlap   {facts['overlap_pct']:.2f} % of the yarn radius; "
+            f"{facts['overlapping_contacts']} contacts above {100.0 * OVERLAP_COUNTS:g} %"
         )
         lines += [f"    {pair}" for pair in facts["worst_overlaps"]]
     return [*lines, *(f"  note                   {note}" for note in facts["notes"])]
 
 
 def rigs_of(fabric: Fabric) -> list[dict[str, Any]]:
-    """Fields that the runs of each test and direction start from; ``assumed`` are those of the other direction."""
+    """Rig settings of the fabric file by test and direction; ``assumed`` are taken from the other direction."""
     found = []
     for kind in fabric.rigs:
         for direction in DIRECTIONS if kinds()[kind].directional else ("",):
@@ -127,30 +98,25 @@ def rigs_of(fabric: Fabric) -> list[dict[str, Any]]:
 
 
 def rig_lines(fabric: Fabric) -> list[str]:
-    """:func:`rigs_of` as lines for a user; none of a fabric that says nothing of rigs."""
+    """:func:`rigs_of` as lines for a user; none for a fabric without rig settings."""
     lines = []
     for rig in rigs_of(fabric):
         fields, assumed = rig["fields"], rig["assumed"]
-        told = ", ".join(f"{name} {value:g}{_unit(rig['test'], name)}" for name, value in fields.items())
+        values = ", ".join(f"{name} {value:g}{unit_of(('rig', name), rig['test'])}" for name, value in fields.items())
         others = " and ".join(dict.fromkeys(assumed.values()))
         which = "" if len(assumed) == len(fields) else f" ({', '.join(assumed)})"
         why = f"; assumed{which}: as {others}, the only direction tested" if assumed else ""
-        lines.append(f"  {' '.join(filter(None, (rig['test'], rig['direction'])))}: {told}{why}")
-    return ["rigs that its runs start from, by its file; --set rig.NAME=... goes over them", *lines] if lines else []
-
-
-def _unit(kind: str, name: str) -> str:
-    field = place(("rig", name), kind)
-    return f" {field.unit}" if field and field.unit not in ("", "1") else ""
+        lines.append(f"  {' '.join(filter(None, (rig['test'], rig['direction'])))}: {values}{why}")
+    return ["rig settings of the fabric file (--set rig.NAME=... overrides them)", *lines] if lines else []
 
 
 def speed_study(run: Run) -> tuple[list[str], bool]:
-    """All results of ``run`` and of its half speed; whether the first of them holds within its tolerance."""
+    """Lines on the results of ``run`` at full and half speed, and whether the first result is converged."""
     fast = run_specimen(run).results
     study = halving(at_result_speed(run, fast))
     slow = run_specimen(study.half).results
     if not kept_speed(study.half, slow):
-        raise NumericalError(f"{study.setting} {0.5 * study.value:g}: restarted at a lower speed: no comparison")
+        raise NumericalError(f"{study.setting} {0.5 * study.value:g}: restarted at a lower speed, so not comparable")
     found = changes(fast, slow)
     heads = [f"{value:g} {study.unit}".removesuffix(" -") for value in (study.value, 0.5 * study.value)]
     lines = [f"  {study.setting:<34}{heads[0]:>14}{heads[1]:>14}    change"]
@@ -161,73 +127,59 @@ def speed_study(run: Run) -> tuple[list[str], bool]:
     return lines, passed
 
 
-#: steps and seconds that are timed at least, and seconds after which no further sample is begun
+#: least steps and seconds that are timed, and seconds after which timing ends
 STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """``steps`` expected of ``at_most``, seconds a step, ``timed`` steps that say so, on ``threads`` threads.
+    """Numbers of steps and seconds per timed step; ``rest_s`` precedes the steps of each specimen."""
 
-    ``specimens`` are run one after the other; ``prepared_s`` were spent before the first step, on what a cache did not
-    hold of kernels and relaxed cells, and on the model; ``rest_s`` are spent before the first step of each
-    specimen, mostly on its coming to rest.
-    """
-
-    steps: int
-    at_most: int
-    step_s: float
-    timed: int
+    steps_expected: int
+    steps_at_most: int
+    seconds_per_step: float
+    steps_timed: int
     threads: int
     specimens: int
-    prepared_s: float
+    preparation_s: float
     rest_s: float = 0.0
 
     @property
     def seconds(self) -> float:
-        """Seconds for all specimens: to come to rest, and the steps."""
-        return (self.rest_s + self.steps * self.step_s) * self.specimens
+        """Seconds for all specimens: initial equilibrium and steps."""
+        return (self.rest_s + self.steps_expected * self.seconds_per_step) * self.specimens
 
     def text(self) -> str:
         """Estimate as a sentence."""
-        all_of = f", {self.specimens} specimens" if self.specimens > 1 else ""
+        each = f"{self.specimens} specimens x " if self.specimens > 1 else ""
         return (
-            f"about {rounded(self.seconds)} for {self.steps} steps expected{all_of}, {self.threads} "
-            f"thread{'s' * (self.threads > 1)}, by {self.timed} timed steps of {1e3 * self.step_s:.3g} ms; before them "
-            f"{rounded(self.prepared_s)} (what was compiled and relaxed is kept), after them pictures and page"
+            f"about {rounded(self.seconds)}: {each}{self.steps_expected} steps of {1e3 * self.seconds_per_step:.3g} ms "
+            f"(mean of {self.steps_timed} steps) on {self.threads} thread{'s' * (self.threads > 1)}; plus "
+            f"{rounded(self.preparation_s)} for preparation (then cached), and pictures and report"
         )
 
     def as_json(self) -> dict[str, object]:
-        """All of it, for a program."""
-        return {
-            "seconds": self.seconds, "steps_expected": self.steps, "steps_at_most": self.at_most,
-            "seconds_per_step": self.step_s, "steps_timed": self.timed, "threads": self.threads,
-            "specimens": self.specimens, "preparation_s": self.prepared_s, "rest_s": self.rest_s,
-        }  # fmt: skip
+        """All numbers, for a program."""
+        return {"seconds": self.seconds, **asdict(self)}
 
 
 class _Brief:
-    """The ``rig``, ended as soon as enough steps are timed; ``times`` are those of its samples."""
+    """The ``rig``, which ends as soon as enough steps are timed; ``times`` are those of its samples."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
-        self.duration, self.coordinate, self.force = rig.duration, rig.coordinate, rig.force
-        self.averaged_from, self.marks = rig.averaged_from, rig.marks
         self.mounted_at, self.locks = 0.0, False  # a mounting takes as long a step as the test
         self.times: list[tuple[float, float]] = []  # simulated [ms], clock [s]
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._rig, name)
 
     def constrain(self, boundary: Boundary) -> None:
         self._rig.constrain(boundary)
         self.step = boundary.dt
 
-    def ring_time(self, wave_speed: float) -> float:
-        return self._rig.ring_time(wave_speed)
-
-    def channels(self, time: float, readings: Readings) -> dict[str, float]:
-        return self._rig.channels(time, readings)
-
     def finished(self, force: float, peak: float, broken: bool) -> bool:
-        """Over when the test is, or as soon as enough steps and seconds lie between two samples."""
+        """Tell whether the test has ended, or enough steps and seconds are timed."""
         if len(self.times) < 2 or self._rig.finished(force, peak, broken):
             return len(self.times) >= 2
         spent = self.times[-1][1] - self.times[0][1]
@@ -238,34 +190,33 @@ class _Brief:
         """Steps between the first sample and the last one."""
         return round((self.times[-1][0] - self.times[0][0]) / self.step)
 
+    @property
+    def step_s(self) -> float:
+        """Seconds per timed step."""
+        return (self.times[-1][1] - self.times[0][1]) / max(self.timed, 1)
+
     def before(self, start: float) -> float:
-        """Seconds from ``start`` by the clock to the first step."""
+        """Wall time [s] from ``start`` to the first step."""
         simulated, sampled = self.times[0]
         return max(sampled - start - simulated / self.step * self.step_s, 0.0)
 
-    @property
-    def step_s(self) -> float:
-        """Seconds a step between them."""
-        return (self.times[-1][1] - self.times[0][1]) / max(self.timed, 1)
-
 
 class _Stopwatch(Observer):
-    """Notes simulated time [ms] and clock [s] of each sample in ``times``."""
+    """Stores simulated time [ms] and clock [s] of each sample in ``times``."""
 
     def __init__(self, times: list[tuple[float, float]]) -> None:
         self._times = times
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
-        """Note a sample."""
+        """Store a sample."""
         self._times.append((time_ms, clock.perf_counter()))
 
 
 def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate | None:
-    """Time the first steps of ``prepared``, the model of ``run``; None for a strip that comes to rest, whose
-    number of steps is not known beforehand.
+    """Time the first steps of ``prepared``, the model of ``run``; None for a test that ends in static equilibrium.
 
-    Compiles what the run needs, as the run itself would; ``prepared_s`` [s] is what its model took. The model has moved
-    afterwards. Rows are at most :data:`STEPS` long, so that timing ends however many steps the run has.
+    Compiles what the run needs; ``prepared_s`` [s] is the time its model took. The model has moved afterwards. Rows are
+    at most :data:`STEPS` long, so that timing ends however many steps the run has.
     """
     if isinstance(prepared.mount, Holder):
         return None
@@ -276,7 +227,7 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     output = run.output.model_copy(update={"samples": max(run.output.samples, round(rows))})
     with limited(threads):
         start = clock.perf_counter()
-        simulate(prepared.model, rig, run.solver, output, _Stopwatch(rig.times))
+        simulate(prepared.model, cast("Rig", rig), run.solver, output, _Stopwatch(rig.times))
     at_most = int(prepared.rig.duration / rig.step)
     steps = round(at_most * expected_share(run, prepared))
     return Estimate(
@@ -286,13 +237,13 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
 
 
 def expected_share(run: Run, prepared: Prepared) -> float:
-    """Share of the rig's motion after which its specimen fails, 1 where none does, or nobody knows."""
+    """Share of the rig's motion at which the specimen is expected to fail; 1 without failure."""
     kind = kinds()[run.rig.kind]
     return float(kind.load("lasting")(run, prepared)) if kind.lasting else 1.0
 
 
 def rounded(seconds: float) -> str:
-    """Two digits are more than an estimate knows."""
+    """Duration with two digits, in seconds, minutes or hours."""
     if seconds < 90.0:
         return f"{seconds:.2g} s"
     return f"{seconds / 60.0:.2g} min" if seconds < 5400.0 else f"{seconds / 3600.0:.2g} h"

@@ -1,4 +1,4 @@
-"""Counterparts of a fabric's numbers in its own tests and curves, from yarns or from the relaxed cell."""
+"""Counterparts of the values of a fabric in its own tests and curves."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -22,11 +22,11 @@ from knittest.materials.heavy_elastica import bending_stiffness
 
 @dataclass(frozen=True)
 class Counterpart:
-    """Quantity ``name`` [``unit``]: ``stated`` by ``field`` of the file (its ``source``), and ``found`` by ``origin``.
+    """Quantity ``name`` [``unit``]: ``stated`` in ``field`` of the file with its ``source``, ``found`` by ``origin``.
 
-    ``found`` is None where nothing is known, and ``origin`` then says why. ``tolerance`` is the largest difference, in
-    the unit, at which both agree: that of the method, or the scatter of the specimens. ``inputs`` are fields of the
-    file that ``found`` was computed from. ``owner``: other fabric of ``field`` and of some of them.
+    ``found`` is None without a counterpart; ``origin`` is then the reason. Both agree within ``tolerance`` [``unit``],
+    that of the method or the scatter of the specimens. ``inputs`` are the fields that ``found`` was computed from.
+    ``owner`` is another fabric from which ``field`` and some of ``inputs`` were taken.
     """
 
     name: str
@@ -42,7 +42,7 @@ class Counterpart:
 
     @property
     def verdict(self) -> str:
-        """Agrees, differs, no counterpart, or taken over: numbers of another fabric that agree confirm nothing."""
+        """``agrees``, ``differs``, ``no counterpart``, or ``taken over`` (both values are another fabric's)."""
         if self.found is None:
             return "no counterpart"
         if abs(self.stated - self.found) > self.tolerance * (1.0 + 1e-9):
@@ -51,11 +51,11 @@ class Counterpart:
 
     @property
     def difference(self) -> float | None:
-        """The file's number over its counterpart, less one [-]."""
+        """Relative difference to the counterpart [-]."""
         return self.stated / self.found - 1.0 if self.found else None
 
     def as_json(self) -> dict[str, object]:
-        """All of it, for a program."""
+        """All fields, for a program."""
         found = {
             "quantity": self.name, "field": self.field, "unit": self.unit, "in_file": self.stated,
             "source": self.source, "counterpart": self.found, "from": self.origin, "tolerance": self.tolerance,
@@ -66,21 +66,21 @@ class Counterpart:
 
 def of_quantity(
     name: str, field: str, unit: str, quantity: Quantity, found: float | None, origin: str, share: float = 0.0,
-    inputs: tuple[str, ...] = (),
+    inputs: tuple[str, ...] = (), least: float = 0.0,
 ) -> Counterpart:  # fmt: skip
-    """Counterpart of a ``quantity``, which agrees within ``share`` [-] of what was found."""
-    tolerance = share * abs(found or 0.0)
+    """Counterpart of a ``quantity``; both agree within ``share`` [-] of ``found``, or within ``least`` in its unit."""
+    tolerance = max(share * abs(found or 0.0), least)
     return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance, inputs)
 
 
 def with_owner(row: Counterpart, fabric: Fabric) -> Counterpart:
-    """``row`` with the other fabric that both of its numbers were taken from, if they were."""
+    """``row`` with the other fabric from which both of its values were taken, if they were."""
     owner = owner_of(fabric, row.field)
     return replace(row, owner=owner) if owner and any(owner_of(fabric, name) for name in row.inputs) else row
 
 
 def table_cells(rows: list[Counterpart]) -> list[tuple[str, ...]]:
-    """The counterparts as cells of a table, with a head."""
+    """Cells of the table of counterparts, with a head."""
     cells: list[tuple[str, ...]] = [
         ("quantity", "in the file", "", "counterpart", "difference", "verdict", "counterpart from")
     ]
@@ -88,42 +88,40 @@ def table_cells(rows: list[Counterpart]) -> list[tuple[str, ...]]:
         other = "-" if row.found is None else f"{row.found:.4g} {row.unit}".rstrip()
         share = row.difference
         difference = "-" if share is None else f"{100.0 * share:+.1f} %"
-        said = f"{row.stated:.4g} {row.unit}".rstrip()
-        cells.append((row.name, said, row.source, other, difference, row.verdict, row.origin))
+        stated = f"{row.stated:.4g} {row.unit}".rstrip()
+        cells.append((row.name, stated, row.source, other, difference, row.verdict, row.origin))
     return cells
 
 
 def table_lines(rows: list[Counterpart], width: int | None) -> list[str]:
-    """:func:`table_cells` as lines; where they do not fit ``width``, a line of the verdict and one of both numbers."""
+    """Lines of the table of counterparts; where it is wider than ``width``, two lines for each counterpart."""
     lines = [line for row in table(table_cells(rows), indent="  ") for line in row]
     if width is None or max(map(len, lines)) <= width:
         return lines
-    told = []
+    pairs = []
     for name, stated, source, other, difference, verdict, origin in table_cells(rows)[1:]:
         off = "" if difference == "-" else f", {difference}"
         found = origin if other == "-" else f"{other}: {origin}"
-        told += wrapped(f"  {name}: {verdict}{off}", width)
-        told += wrapped(f"      {stated} in the file ({source}); {found}", width)
-    return told
+        pairs += wrapped(f"  {name}: {verdict}{off}", width)
+        pairs += wrapped(f"      {stated} in the file ({source}); {found}", width)
+    return pairs
 
 
 def summary_line(rows: list[Counterpart]) -> str:
-    """Count those that agree, differ and have none, and name those that differ."""
+    """Counts of the verdicts, with the names of the values that differ."""
     counts = {v: [r.name for r in rows if r.verdict == v] for v in ("agrees", "differs", "no counterpart")}
     differ = counts["differs"]
     names = f": {', '.join(differ)}" if differ else ""
     owners = dict.fromkeys(row.owner for row in rows if row.verdict == "taken over")
     over = sum(row.verdict == "taken over" for row in rows)
-    told = f"; {over} taken over from {', '.join(owners)} on both sides, which confirms nothing" if over else ""
-    return (
-        f"  {len(counts['agrees'])} agree, {len(differ)} differ{names}; {len(counts['no counterpart'])} without "
-        f"counterpart{told}"
-    )
+    taken = f"; {over} taken over from {', '.join(owners)} on both sides, which confirms nothing" if over else ""
+    missing = len(counts["no counterpart"])
+    return f"  {len(counts['agrees'])} agree, {len(differ)} differ{names}; {missing} without counterpart{taken}"
 
 
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
 GRAVITY = 9.81  # [m/s2]
-#: an input and the test that it was read from differ by rounding and by the mean of curves, not more [-]
+#: tolerance of an input against the test that it was read from: rounding and means of curves [-]
 SAME = 0.05
 #: field of the fabric: quantity of tables, and its unit
 PLAIN = {
@@ -136,7 +134,7 @@ PLAIN = {
 
 
 def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
-    """Densities, loops, mass, thickness, fracture strains, curves and bending beside the fabric's own experiment."""
+    """Compare densities, loops, mass, thickness, fracture strains, curves and bending with the fabric's experiment."""
     for field, (names, unit) in PLAIN.items():
         quantity = getattr(fabric, field)
         # an area mass may stand with the overhangs of either direction
@@ -146,7 +144,12 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
             yield of_quantity(field.replace("_", " "), field, unit, quantity, row.mean, _cited(row), SAME)
     for direction in DIRECTIONS:
         if "tension" not in fabric.macro.missing:
-            yield _fracture_strain(fabric, direction)
+            row = _row(fabric, direction, "fracture_strain_pct")
+            yield of_quantity(
+                f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%",
+                fabric.macro.fracture_strain.of(direction), row.mean if row else None,
+                _cited(row) if row else _no_row(fabric), SAME,
+            )  # fmt: skip
             yield _end_of_curve(fabric, direction)
             yield _peak(fabric, direction)
         if "bending_stiffness" not in fabric.macro.missing:
@@ -155,17 +158,8 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
             yield from _of_rig(fabric, kind, record.measured, direction)
 
 
-def _fracture_strain(fabric: Fabric, direction: Direction) -> Counterpart:
-    row = _row(fabric, direction, "fracture_strain_pct")
-    quantity = fabric.macro.fracture_strain.of(direction)
-    return of_quantity(
-        f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity,
-        row.mean if row else None, _cited(row) if row else _no_row(fabric), SAME,
-    )  # fmt: skip
-
-
 def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
-    """The fracture strain beside the strain at the largest force of the curve that it ends."""
+    """Compare the fracture strain with the strain at the largest force of the curve."""
     quantity = fabric.macro.fracture_strain.of(direction)
     name, field = f"{direction} fracture strain", f"macro.fracture_strain.{direction}"
     try:
@@ -179,7 +173,6 @@ def _end_of_curve(fabric: Fabric, direction: Direction) -> Counterpart:
 
 
 def _peak(fabric: Fabric, direction: Direction) -> Counterpart:
-    """Largest force per width of the curve beside that of the strips."""
     name, field = f"{direction} curve, largest force", f"macro.tension.{direction}"
     stated, source = largest_force(fabric, direction)
     row = _row(fabric, direction, "peak_force_n")
@@ -194,7 +187,7 @@ def _peak(fabric: Fabric, direction: Direction) -> Counterpart:
 
 
 def largest_force(fabric: Fabric, direction: Direction) -> tuple[float | None, str]:
-    """Largest force per width [N/mm] of a curve, and what kind of curve it is."""
+    """Largest force per width [N/mm] of a curve, and the kind of the curve."""
     try:
         curve = tension_curve(fabric, direction)
     except InputError:
@@ -203,7 +196,7 @@ def largest_force(fabric: Fabric, direction: Direction) -> tuple[float | None, s
 
 
 def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
-    """Bending stiffness per width beside that of the overhang, B = w (L / 2)^3 (DIN 53362)."""
+    """Compare the bending stiffness per width with that of the overhang, B = w (L / 2)^3 (DIN 53362)."""
     quantity = fabric.macro.bending_stiffness.of(direction)
     row = _row(fabric, direction, "overhang_mm")
     weight = fabric.area_mass_g_per_mm2 * to_kernel(GRAVITY, "m/s2")
@@ -215,7 +208,7 @@ def _bending(fabric: Fabric, direction: Direction) -> Counterpart:
 
 
 def _of_rig(fabric: Fabric, kind: str, measured: Mapping[str, str], direction: Direction) -> Iterator[Counterpart]:
-    """Numbers that runs of ``kind`` start from, where the file states any, beside the quantities ``measured``."""
+    """Compare the rig settings of ``kind`` that the file states with the quantities ``measured``."""
     other = taken_over(fabric, kind, direction)
     for field, at in own_fields(fabric.rigs.get(kind, {}), kind, direction).items():
         if field not in measured:

@@ -1,4 +1,4 @@
-"""Counterparts of a fabric's numbers in its yarns and in its relaxed cell."""
+"""Counterparts of the values of a fabric in its yarns and in its relaxed cell."""
 
 from collections.abc import Iterator
 
@@ -20,20 +20,20 @@ from knittest.runs.preflight.of_tests import DIRECTIONS, Counterpart, largest_fo
 
 #: yarns of the bundle whose strength is compared
 BUNDLE = 200
-#: a bundle of yarns without loops is no strip: its force and strain [-]
+#: tolerance of a bundle of yarns, which has no loops: force and strain [-]
 STRENGTH, STRAIN = 0.25, 0.15
-#: yarns side by side are no fabric: their bending [-]
+#: tolerance of the bending of separate yarns [-]
 BENDING = 0.3
-#: fibre area over the circle is usually 0.3 to 0.9; stiffness for the mass beside that of straight fibres [-]
+#: tolerance of the packing, usually 0.3 to 0.9, and of the stiffness per mass against straight fibres [-]
 PACKING, STIFFNESS = 0.5, 0.25
-#: loop length beside that of a relaxed plain knit, from which inlaid ones differ more [-]
+#: tolerance of the loop length against a relaxed plain knit, from which knits with inlays differ [-]
 DENSITY = 0.35
-#: relaxed cell: thickness and mass [-], unless the specimens scatter more; crimp and loop length [-]
+#: tolerances of the relaxed cell: thickness and mass (at least the scatter), crimp and loop length [-]
 THICKNESS, MASS, CRIMP, LOOP = 0.05, 0.10, 0.10, 0.005
 
 
 def derived_numbers(fabric: Fabric) -> dict[str, Quantity]:
-    """Each number that was filled in by a yarn card, and for the contact by the yarn of the loops, by field."""
+    """Values derived from the fibre of a yarn, by field; those of the contact come from the yarn of the loops."""
     found: dict[str, Quantity] = {}
     for system in ("reinforcing", "knitting"):
         yarn = getattr(fabric, system)
@@ -48,7 +48,7 @@ def derived_numbers(fabric: Fabric) -> dict[str, Quantity]:
 
 
 def derived_lines(fabric: Fabric) -> list[str]:
-    """A line for the formula of each derived number, and one for those that are assumed; both directions in one."""
+    """A line for the formula of each derived value, and one line for the assumed values; both directions in one."""
     found = {field.removesuffix(".weft"): q for field, q in derived_numbers(fabric).items() if field[-5:] != ".warp"}
     lines = [f"  {field}: {q.ref.removeprefix(MARK)}" for field, q in found.items() if q.source == "derived"]
     assumed = ", ".join(f"{field} {q.value:g}" for field, q in found.items() if q.source == "assumed")
@@ -56,26 +56,32 @@ def derived_lines(fabric: Fabric) -> list[str]:
 
 
 def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
-    """Strength, fracture strain and bending beside those of the yarns, shape and mass beside the relaxed cell's."""
+    """Compare strength, fracture strain and bending with the yarns, shape and mass with the relaxed cell."""
     if any(getattr(fabric, name) is None for name in YARN_LEVEL):
         none = "the yarns are not described"
         yield of_quantity("thickness", "thickness", "mm", fabric.thickness, None, none)
         yield of_quantity("area mass", "area_mass", "g/m2", fabric.area_mass, None, none)
         return
     yield from _fibres(fabric)
-    yield _stitch_density(fabric)
+    # l = sqrt(k / stitches per area)
+    plain = float(np.sqrt(STITCHES * fabric.wale_spacing * fabric.course_spacing))
+    yield of_quantity(
+        "loop length", "loop_length", "mm", fabric.loop_length, plain,
+        f"plain knit of these densities: stitches per area x loop length squared = {STITCHES:g} (Munden, 1959)",
+        DENSITY, ("warp_density", "weft_density"),
+    )  # fmt: skip
     for direction in DIRECTIONS:
         if "tension" not in fabric.macro.missing:
             yield from _bundle(fabric, direction)
         yield from _bending(fabric, direction)
     try:
         yield from cell_counterparts(fabric, relaxed_cell(fabric))
-    except KnittestError as error:  # a cell that cannot be relaxed says nothing of the shells
+    except KnittestError as error:
         yield of_quantity("thickness", "thickness", "mm", fabric.thickness, None, f"no relaxed cell: {error}")
 
 
 def _fibres(fabric: Fabric) -> Iterator[Counterpart]:
-    """Packing of stated diameters; where a card names its fibre, its own stiffness and strength for the mass too."""
+    """Compare the packing of stated diameters, and stiffness and strength per mass where the fibre is named."""
     for system in ("reinforcing", "knitting"):
         yarn = getattr(fabric, system)
         rows = [("packing", "beam_diameter", "", packing_of(yarn), 0.6, PACKING, "fibres in the circle, 0.3 to 0.9")]
@@ -97,18 +103,8 @@ def _fibres(fabric: Fabric) -> Iterator[Counterpart]:
                 )  # fmt: skip
 
 
-def _stitch_density(fabric: Fabric) -> Counterpart:
-    """Loop length beside that of a relaxed plain knit of these densities, l = sqrt(k / stitches per area)."""
-    found = float(np.sqrt(STITCHES * fabric.wale_spacing * fabric.course_spacing))
-    return of_quantity(
-        "loop length", "loop_length", "mm", fabric.loop_length, found,
-        f"densities: stitches per area x loop length squared = {STITCHES:g} of plain knits (Munden, 1959)", DENSITY,
-        ("warp_density", "weft_density"),
-    )  # fmt: skip
-
-
 def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
-    """Curve and fracture strain of the strip beside a bundle of its yarns, of scattered strength (Daniels, 1945)."""
+    """Compare curve and fracture strain of the strip with a bundle of yarns of scattered strength (Daniels, 1945)."""
     yarn = fabric.reinforcing
     card = dict(zip(("warp", "weft"), sections(fabric), strict=False))[direction]
     fracture = yarn.fracture_strain_fraction
@@ -132,7 +128,7 @@ def _bundle(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
 
 
 def _bending(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
-    """Bending out of the plane, and in it where the run has it."""
+    """Compare the bending out of the plane, and in the plane where the fabric states it."""
     yarns = fabric.density_per_mm.of(direction) * fabric.reinforcing.bending_stiffness_n_mm2.of(direction)
     stated = {
         "bending stiffness": ("bending_stiffness", fabric.macro.bending_stiffness),
@@ -149,10 +145,13 @@ def _bending(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
 
 
 def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
-    """Thickness, loop length, crimp and mass beside those of the relaxed ``cell``."""
+    """Compare thickness, loop length, crimp and mass with the relaxed ``cell``."""
     where = "relaxed cell"
     shape = CELL["thickness_mm"]
-    yield _measured("thickness", "thickness", "mm", fabric.thickness, cell.thickness, where, THICKNESS, shape)
+    scatter = fabric.thickness.sd or 0.0
+    yield of_quantity(
+        "thickness", "thickness", "mm", fabric.thickness, cell.thickness, where, THICKNESS, shape, scatter
+    )
     loop = polyline_length(cell.closed("knit"))
     yield of_quantity("loop length", "loop_length", "mm", fabric.loop_length, loop, where, LOOP, ("loop_length",))
     for direction in DIRECTIONS:
@@ -163,24 +162,15 @@ def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
             max(CRIMP * found, 0.02), shape,
         )  # fmt: skip
     mass, area = cell_mass(fabric, cell), cell.spec.wale * cell.spec.course
-    yield _measured(
+    yield of_quantity(
         "area mass", "area_mass", "g/m2", fabric.area_mass, 1e6 * mass / area, "yarns of the relaxed cell", MASS,
-        CELL["area_mass_g_m2"],
+        CELL["area_mass_g_m2"], fabric.area_mass.sd or 0.0,
     )  # fmt: skip
 
 
 def cell_mass(fabric: Fabric, cell: Cell) -> float:
-    """Mass [g] of one cell: the lengths of its yarns times their linear densities."""
+    """Mass [g] of one cell: lengths of its yarns times their linear densities."""
     tex = {"knit": fabric.knitting.linear_density_g_per_mm} | dict.fromkeys(
         DIRECTIONS, fabric.reinforcing.linear_density_g_per_mm
     )
     return sum(polyline_length(cell.closed(system)) * density for system, density in tex.items())
-
-
-def _measured(
-    name: str, field: str, unit: str, quantity: Quantity, found: float, origin: str, share: float,
-    inputs: tuple[str, ...],
-) -> Counterpart:  # fmt: skip
-    """A counterpart that agrees within ``share`` of it, or within the scatter of the measured value."""
-    tolerance = max(share * found, quantity.sd or 0.0)
-    return Counterpart(name, field, unit, quantity.value, quantity.source, found, origin, tolerance, inputs)
