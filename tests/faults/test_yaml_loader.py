@@ -45,7 +45,11 @@ def test_scalars_follow_yaml_1_2(text, value):
         (f"a: {'9' * 6000}", 1, "18 digits"),
         ("a: &x 1\nb: *x", 1, "anchors and aliases are not allowed"),
         ("b: *x", 1, "anchors and aliases are not allowed"),
-        ("a: &a [x, x]\n" + "".join(f"b{k}: &b [*a, *a]\n" for k in range(20)), 1, "anchors and aliases are not allowed"),
+        (
+            "a: &a [x, x]\n" + "".join(f"b{k}: &b [*a, *a]\n" for k in range(20)),
+            1,
+            "anchors and aliases are not allowed",
+        ),
         ("a: 1\n<<: {b: 2}", 2, "merge keys"),
         ("a: !!python/object/apply:os.system [ls]", 1, "tags are not allowed"),
         ("a: !!float 1", 1, "tags are not allowed"),

@@ -42,11 +42,11 @@ def test_the_source_of_scaled_rows_stands_once(folder):
         (row.quantity for row in scaled), "input"))  # fmt: skip
     rows = [ComparedRow(**row) for row in found]
     loaded = replace(loaded, summary=loaded.summary.model_copy(update={"comparison": rows}))
-    assert [row.scaled for row in rows] == ["for 50 instead of 25 mm", ""]
+    assert [row.scaled for row in rows] == ["scaled from 25 to 50 mm", ""]
     table = next(b for b in results(loaded).blocks if isinstance(b, Table))
     assert table.caption.count("2 strips of 25 mm") == 1 and "instead of" not in table.caption
     experiments = [row[2] for row in table.rows]  # the scaling is small print, which wraps
-    assert "for 50 instead of 25 mm" in [cell.note for cell in experiments]
+    assert "scaled from 25 to 50 mm" in [cell.note for cell in experiments]
     assert not any("instead" in cell.text for cell in experiments)
 
 
