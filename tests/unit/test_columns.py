@@ -53,7 +53,7 @@ def column(lines: list[list[str]], head: str, row: int, name: str, after: str | 
 def test_the_widest_row_of_any_result_fits_with_all_its_words(name: str, quantity: str) -> None:
     row = (
         name, LABELS[quantity][0], "6000 ± 500 (n 8), numerical ± 160", "12000 ± 461 (scaled from 100 to 50 mm)",
-        "+2.55 ± 0.98 sd", "predicted, on 2 assumed inputs", f"{UNRESOLVED}, numerical error not known",
+        "+2.55 ± 0.98 sd", "predicted, on 2 assumed inputs", f"{UNRESOLVED}, numerical error unknown",
     )  # fmt: skip
     told = table([HEADER, row], WIDTH, _NUMBERS)
     assert max(len(line) for lines in told for line in lines) <= WIDTH

@@ -129,8 +129,8 @@ def test_a_biaxial_import_is_compared_at_its_own_ratio_alone(tmp_path, monkeypat
             (curve,) = own_curves(run, [corridor])
             assert curve.mean.max() == pytest.approx(100.5) and report.scaled(run, rows) == rows
             continue
-        refused(r"tested at a ratio of 0\.5, the run strains the other system 1 times", own_curves, run, [corridor])
-        refused(r"biaxial_force_n_per_mm: tested at a ratio of 0\.5", report.scaled, run, rows)
+        refused(r"tested at a strain ratio of 0\.5; .* strained 1 times", own_curves, run, [corridor])
+        refused(r"biaxial_force_n_per_mm: tested at a strain ratio of 0\.5", report.scaled, run, rows)
 
 
 def written(path, name, factor=0.5):

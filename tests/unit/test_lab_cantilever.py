@@ -172,7 +172,7 @@ def test_a_mass_that_no_assumed_yarns_make_starts_a_fabric_of_shells(read, tmp_p
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     fabric = resolve(scale="macro", variant="mine").fabric
     assert fabric.area_mass.value == 250.0 and all(getattr(fabric, name) is None for name in YARN_LEVEL)
-    assert "Yarns of pham2019-v1 cannot make this area mass" in Path("configs/mine.yaml").read_text()
+    assert "The yarns of pham2019-v1 do not fit this area mass" in Path("configs/mine.yaml").read_text()
 
 
 def test_both_stiffnesses_per_width_stand_beside_that_of_the_tests():

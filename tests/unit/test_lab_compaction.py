@@ -51,7 +51,7 @@ def test_units_are_read_and_unloading_is_left_out(tmp_path, unit, factor, more):
     ("text", "said"),
     [
         ("thickness;pressure\n3;1\n2;10\n", r"a\.csv:1: column 'pressure' has no unit of pressure"),
-        (HEAD + "1;1\n2;10\n3;100\n", "expected the distance of the plates, which falls, and not their way"),
+        (HEAD + "1;1\n2;10\n3;100\n", "expected the distance of the plates, which falls, not their travel"),
         (HEAD + "300;1\n200;10\n100;100\n", r"expected 0\.05 to 50 mm: check the unit of the thickness"),
         (HEAD + "3;0,001\n2,9;0,01\n2,8;0,1\n", "check the unit of the pressure"),
         ("Dicke [mm];Kraft [N]\n3;1\n2;10\n", "the file states no plate diameter: give --plate-diameter"),

@@ -113,7 +113,7 @@ def test_the_number_of_cycles_is_found(tmp_path):
 )
 def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwise(tmp_path, stops, said):
     mirrored = export(tmp_path / "b.csv", share=0.3, mirrored=True)
-    words = r"cycle 1 takes [\d.]+ mJ and gives back [\d.]+ mJ: expected less"
+    words = r"cycle 1 takes [\d.]+ mJ and returns [\d.]+ mJ, expected less"
     refused(words, FRAME_LAB.read, mirrored, Given(loading="cycles"))
     path = export(tmp_path / "a.csv", stops=stops)
     refused(rf"a\.csv: specimen a: {said}", lambda: FRAME_LAB.read(path, Given(loading="cycles")))

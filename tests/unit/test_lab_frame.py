@@ -110,7 +110,7 @@ def test_an_angle_needs_its_unit(tmp_path, unit):
     [
         (None, None, r"no frame side and no fabric side: give --frame-side \[mm\] and --fabric-side \[mm\]"),
         (200.0, None, r"states no fabric side: give --fabric-side \[mm\]"),
-        (100.0, 200.0, "a fabric side of 200 mm in a frame of 100 mm"),
+        (100.0, 200.0, "fabric side 200 mm exceeds the frame side 100 mm"),
         (50.0, 50.0, "displacement 30 mm; a frame of 50 mm allows"),
         (0.2, 0.2, r"--frame-side 0\.2: implausible"),
     ],

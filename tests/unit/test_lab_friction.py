@@ -81,7 +81,7 @@ def test_the_way_back_does_not_count(tmp_path):
         ("", r"states no normal force .*give --normal-force \[N\]"),
         ("Normalkraft;2000;N\n", r"states no plate length .*give --plate-length \[mm\]"),
         ("Normalkraft;2000;N\nplate length;15;cm\n", r"states no plate width: give --plate-width \[mm\]"),
-        (HEAD.replace("2,0;kN", "2,0;N"), r"300 N of pull under 2 N is a coefficient of 75 a face: implausible"),
+        (HEAD.replace("2,0;kN", "2,0;N"), r"pull force of 300 N under 2 N is a coefficient of 75 per face"),
         (HEAD.replace("2,0;kN", "0,01;N"), r"Normalkraft 0\.01: implausible, expected 0\.1 to 100000 N \(it looks"),
         (HEAD.replace("2,0;kN", "2,0;ft"), "unit 'ft'"),
     ],
@@ -95,7 +95,7 @@ def test_slips_are_refused(tmp_path):
     refused(r"the force starts at 60 N \(its maximum is 390 N.*--preload subtract", FRICTION.read, path, Given())
     assert FRICTION.read(path, Given(preload="subtract"))[0].kinetic == pytest.approx(300.0)
     path.write_text(friction_file(tmp_path / "b.csv").read_text().replace("Weg [mm]", "Weg [um]"))
-    refused(r"over a travel of 0\.02 mm: expected at least 3, over 1 to 1000 mm", FRICTION.read, path, Given())
+    refused(r"over a travel of 0\.02 mm; expected at least 3, over 1 to 1000 mm", FRICTION.read, path, Given())
     one, two, low = series(tmp_path, 300, 310, 30)
     refused(r"2\.csv: specimen 2: coefficient of a face 0\.0075", FRICTION.results, [one, two, low], "warp", [])
     refused("have the same curve", FRICTION.results, [one, one], "warp", [])
@@ -138,7 +138,7 @@ def test_a_coefficient_of_two_faces_is_that_of_one_as_well(tmp_path):
 def test_a_pull_in_newton_under_a_head_of_kilonewton_looks_like_newton(tmp_path):
     path = friction_file(tmp_path / "a.csv")
     path.write_text(path.read_text(encoding="utf-8").replace("Kraft [N]", "Kraft [kN]"), encoding="utf-8")
-    words = r"coefficient of 75 a face: .*it looks like N: 300 N or daN: 3000 N\)"
+    words = r"coefficient of 75 per face: .*it looks like N: 300 N or daN: 3000 N\)"
     refused(words, FRICTION.results, FRICTION.read(path, Given()), "warp", [])
 
 

@@ -66,8 +66,8 @@ def test_units_of_all_columns_count(tmp_path, head, factors):
         ("Weg [mm];freies Ende [mm];Kraft", r"a\.csv:1: column 'Kraft' has no unit of force; write 'Kraft \[N\]', or"),
         ("Weg;freies Ende [mm];Kraft [N]", "column 'Weg' has no unit of length"),
         ("Weg [mm];freies Ende;Kraft [N]", "column 'freies Ende' has no unit of length"),
-        ("Weg [cm];freies Ende [mm];Kraft [N]", "its clamp goes 197.*its free end 19.7.* mm: expected about the same"),
-        ("Weg [mm];freies Ende [mm];Kraft [kN]", r"are 20 and 20 N a crossing|implausible"),
+        ("Weg [cm];freies Ende [mm];Kraft [N]", "its clamp moves by 197.*its free end by 19.7.* mm; expected about"),
+        ("Weg [mm];freies Ende [mm];Kraft [kN]", r"are 20 and 20 N per crossing|implausible"),
         ("Weg [mm];freies Ende [mm];Kraft [kgf]", None),
         ("Weg [mm];freies Ende [mm];Druck [N]", "no header row names a force and a displacement"),
     ],
@@ -86,10 +86,10 @@ BOTH = "Weg [cm];freies Ende [cm];Kraft [N]"
 @pytest.mark.parametrize(
     ("how", "words"),
     [
-        ({"head": BOTH, "step": 0.02}, r"between the rows where the inlay lets go"),
-        ({"head": BOTH, "step": 0.004, "travel": 30.0}, r"N where all 50 mm are out, .* N before: expected next to"),
-        ({"factors": (0.1, 0.1, 1.0)}, r"slide by 1\.\d+ mm .* at least the distance of the crossings, 3\.57"),
-        ({"step": 0.4}, r"0\.2 mm between the rows where the inlay lets go: expected at most 0\.04 mm"),
+        ({"head": BOTH, "step": 0.02}, r"between the rows where the inlay begins to slide"),
+        ({"head": BOTH, "step": 0.004, "travel": 30.0}, r"N where all 50 mm are out, .* N before; expected about 0"),
+        ({"factors": (0.1, 0.1, 1.0)}, r"slide of all inlays is 1\.\d+ mm; .* at least the distance of the crossings, 3\.57"),
+        ({"step": 0.4}, r"0\.2 mm between the rows where the inlay begins to slide; expected at most 0\.04 mm"),
         ({"factors": (1.0, 1.0, -1.0)}, "but tension counts as positive; give --sign negative"),
     ],
 )
@@ -106,7 +106,7 @@ def test_a_clamp_alone_says_not_where_the_inlay_slides(tmp_path):
     refused(r"--zero 90: expected a displacement of the file, 0 to 20", pull, path, zero=90.0)
     one = pull(path, zero=SLACK + STRETCH)
     assert found(one)["pull_out_at_rest_n"] == pytest.approx([FRICTION * CROSSINGS], rel=3e-3)
-    assert any("free end was not followed" in line for line in LAB.lines([one]))
+    assert any("free end was not measured" in line for line in LAB.lines([one]))
     refused("--zero: .* column of the free end", pull, export(tmp_path / "b.csv"), zero=1.0)
     both = export(tmp_path / "c.csv", followed=False, head="Weg [mm];Kraft [N]", slack=SLACK, factors=(-1.0, 1.0, -1.0))
     other = found(pull(both, sign="negative", zero=-SLACK - STRETCH))
@@ -117,13 +117,13 @@ def test_a_yarn_that_breaks_is_none_that_slides(tmp_path):
     path = export(tmp_path / "a.csv", followed=False, head="Weg [mm];Kraft [N]")
     head, *rows = path.read_text().splitlines()
     path.write_text("\n".join([head, *(r if k < 1500 else f"{r.split(';')[0]};0,0001" for k, r in enumerate(rows))]))
-    refused(r"falls from 0\.0\d+ to \S+ N a crossing: did the yarn break", pull, path, zero=STRETCH)
+    refused(r"falls from 0\.0\d+ to \S+ N per crossing. If the yarn broke", pull, path, zero=STRETCH)
 
 
 def test_a_preload_is_held_against_the_force_at_rest(tmp_path):
     """0.05 N are 4 % of the largest force, and 18 % of that at which the inlay lets go."""
     path = export(tmp_path / "a.csv", wave=3.0, preload=0.05)
-    refused(r"the force starts at 0\.0\d+ N \(the inlay lets go at 0\.3\d+ N", pull, path)
+    refused(r"the force starts at 0\.0\d+ N \(the inlay begins to slide at 0\.3\d+ N", pull, path)
     assert found(pull(path, preload="subtract"))["crossing_friction_n"] == pytest.approx([2.5 * FRICTION], rel=0.03)
     assert found(pull(path, preload="keep"))["pull_out_at_rest_n"] == pytest.approx([0.33], rel=0.02)
 
@@ -138,7 +138,7 @@ def test_what_the_force_hangs_on_must_be_known(tmp_path):
     density, length = {"crossing_density_per_100_mm": DENSITY}, {"embedded_length_mm": LENGTH}
     refused(r"states no embedded length: give --embedded-length \[mm\]", pull, path, sizes=density)
     refused(r"no density of the crossing yarns: give --crossing-density", pull, path, sizes=length)
-    refused("which edges of the piece were clamped", pull, path, clamped=None)
+    refused("the clamped edges are unknown", pull, path, clamped=None)
     path.write_text(f"embedded length: 5 cm\nCrossing density;2,8;yarn/mm\n{path.read_text()}")
     refused("has the unit 'yarn/mm'; expected one of yarn/100 mm, yarn/cm, yarn/inch", pull, path, sizes={})
     path.write_text(path.read_text().replace("2,8;yarn/mm", "28;yarn/cm"))
