@@ -79,7 +79,7 @@ def test_rows_are_scaled_from_the_width_that_their_table_states(tmp_path, own, w
 @pytest.mark.parametrize(
     ("rows", "says"),
     [
-        ("", r"tensile-warp\.csv:2: peak_force_n .* row strip_width_mm .*import --width"),
+        ("", r"tensile-warp\.csv:2: the strip width of peak_force_n .* row strip_width_mm .*import --width"),
         ("mine,,strip_width_mm,5,,,cm,own\n", "unit = 'cm'; expected mm"),
         ("mine,,strip_width_mm,0.1,,,mm,own\n", "strip_width_mm: 0.1"),
         (
@@ -185,7 +185,7 @@ def test_options_state_what_a_file_leaves_open_and_contradict_nothing(tmp_path):
     path = curve_file(tmp_path / "c.csv", "")
     (curve,) = own_curves(tensile(25.0), [path], Conditions(strip_width_mm=100.0, gauge_length_mm=100.0))
     assert curve.mean[-1] == pytest.approx(1600.0)
-    assert "scaled from 100 to 25 mm" in curve.note and "taken as warp" in curve.note
+    assert "scaled from 100 to 25 mm" in curve.note and "no direction, warp is assumed" in curve.note
     assert "200 instead of 100 mm between the clamps; strain is relative" in curve.note
     stated = curve_file(tmp_path / "c.csv", "# kind: measured\n# strip_width_mm: 50\n")
     with pytest.raises(InputError, match=r"c\.csv: the header states strip_width_mm: 50.0, but --width is 100"):

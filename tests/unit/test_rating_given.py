@@ -179,7 +179,7 @@ def test_a_page_says_large_errors_above_and_why_there_is_no_rating(tmp_path):
         "not given: 17 % of the reference curve is outside the common range (limit 10 %)"
     )
     kept = dict(page.tables()["Curve compared with mine.csv (input)"])
-    assert kept["rating after ISO/TS 18571, 0 to 1"].startswith("not given: the model was given the reference")
+    assert kept["rating after ISO/TS 18571, 0 to 1"].startswith("not given: the reference is an input of the model")
 
 
 LEVEL = 200.0
