@@ -138,7 +138,7 @@ def test_a_path_that_tears_no_yarn_goes_farther(pool, monkeypatch, tmp_path):
 
 def test_a_path_that_fails_says_what_to_give(pool, monkeypatch):
     monkeypatch.setattr(yarn_card, "LocalPool", lambda workers, threads: Formulas(lambda trial: "failed"))
-    with pytest.raises(NumericalError, match=r"tensile warp of a cell failed: failed on purpose; give macro\.tension"):
+    with pytest.raises(NumericalError, match=r"tensile warp of a cell failed: failed on purpose; add macro\.tension"):
         with_cards([shells(direction="warp")], quiet=True)
 
 
