@@ -64,8 +64,8 @@ def run_test(test: str, fabric: FabricLike | None = None, **given: Any) -> Run |
     if name not in kinds():
         raise InputError(f"test = {test!r}: {unknown(name, list(kinds()), 'test')}")
     _check_arguments(kinds()[name], given)
-    runs = planned_runs(name, given.get("direction"), _chosen(kinds()[name], fabric, given))
-    options = _options(given)
+    runs = planned_runs(name, given.get("direction"), _resolve_arguments(kinds()[name], fabric, given))
+    options = _run_options(given)
     from knittest.studies.command import run_all
 
     with _ONE_AT_A_TIME:
@@ -83,7 +83,7 @@ def resume(
     from knittest.studies.command import resume_all
 
     with _ONE_AT_A_TIME:
-        resume_all(Path(folder), _options({"threads": threads, "quiet": quiet}), force)
+        resume_all(Path(folder), _run_options({"threads": threads, "quiet": quiet}), force)
     return _warned(load(folder))
 
 
@@ -108,7 +108,7 @@ def _check_arguments(kind: TestKind, given: dict[str, Any]) -> None:
         raise TypeError(f"{kind.name.replace('-', '_')}() got an unexpected argument {name!r} ({hint})")
 
 
-def _chosen(kind: TestKind, fabric: FabricLike | None, given: dict[str, Any]) -> dict[str, Any]:
+def _resolve_arguments(kind: TestKind, fabric: FabricLike | None, given: dict[str, Any]) -> dict[str, Any]:
     """Arguments of :func:`knittest.config.loading.resolve`."""
     config, direction = given.get("config"), given.get("direction")
     if fabric is None and config is None:
@@ -130,7 +130,7 @@ def _chosen(kind: TestKind, fabric: FabricLike | None, given: dict[str, Any]) ->
     }  # fmt: skip
 
 
-def _options(given: dict[str, Any]) -> RunOptions:
+def _run_options(given: dict[str, Any]) -> RunOptions:
     given = DEFAULTS | given
     threads, out, against = given.get("threads"), given.get("out"), given["against"]
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):

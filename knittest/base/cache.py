@@ -31,7 +31,7 @@ def weakness(folder: Path) -> str:
     ``OSError``.
     """
     trusted = {0, os.geteuid(), os.lstat("/").st_uid}
-    way = [(place, place.lstat()) for place in _way(folder)]
+    way = [(place, place.lstat()) for place in _path_parts(folder)]
     for place, state in way:
         last = place == way[-1][0]
         if state.st_uid not in trusted or (last and state.st_uid != os.geteuid()):
@@ -51,7 +51,7 @@ def make_private(folder: Path) -> None:
         path.mkdir(mode=0o700, exist_ok=True)
 
 
-def _way(folder: Path) -> Iterator[Path]:
+def _path_parts(folder: Path) -> Iterator[Path]:
     """Folders and links of the path of ``folder``, from the root; raises ``OSError``."""
     place, links = Path("/"), 0
     yield place
@@ -96,11 +96,11 @@ def cache_folder(*names: str) -> Path | None:
     if root is None:
         return None
     folder = root.joinpath(*names)
-    problem = _problem(folder)
+    problem = _find_problem(folder)
     if not problem:
         return folder
     if os.environ.get(VARIABLE):
-        raise InputError(f"{VARIABLE}: {_refusal(problem)}")
+        raise InputError(f"{VARIABLE}: {_refusal_text(problem)}")
     _say_once(f"{problem}: it is not used; remove it, it is only a cache")
     return None
 
@@ -116,16 +116,16 @@ def clear(root: Path) -> int:
 
 @cache
 def _usable(folder: Path, variable: str) -> Path | None:
-    problem = _problem(folder)
+    problem = _find_problem(folder)
     if not problem and _can_write(folder):
         return folder
     if problem and variable:
-        raise InputError(f"{variable}: {_refusal(problem)}")
+        raise InputError(f"{variable}: {_refusal_text(problem)}")
     what = problem or f"{folder} cannot be written"
     remedy = f"set {VARIABLE} to a folder that only you can write to"
     with suppress(FileNotFoundError):  # no folder for temporary files
         spare = Path(tempfile.gettempdir()) / f"knittest-cache-{os.geteuid()}"
-        if not _problem(spare) and _can_write(spare):
+        if not _find_problem(spare) and _can_write(spare):
             _say_once(f"{what}: the cache is {spare}; {remedy}")
             return spare
         what += f", and {spare} is no private folder"
@@ -133,14 +133,14 @@ def _usable(folder: Path, variable: str) -> Path | None:
     return None
 
 
-def _refusal(problem: str) -> str:
+def _refusal_text(problem: str) -> str:
     return (
         f"{problem}: others could run code as you from there. Expected a folder that only you can write to: choose "
         "another one, or remove it"
     )
 
 
-def _problem(folder: Path) -> str:
+def _find_problem(folder: Path) -> str:
     """Make ``folder`` if missing; return its fault, empty without one and if it cannot be made."""
     try:
         make_private(folder)

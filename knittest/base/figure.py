@@ -101,14 +101,14 @@ def lines_of(stamp: Stamp, width: float) -> list[tuple[str, str]]:
     """Lines of text with colours for a picture ``width`` [inch] wide, with version and date."""
     letters = int((width - 2.0 * MARGIN) * 72.0 / (WIDE * LETTER))
     today = datetime.now(UTC).date().isoformat()
-    facts = [_plain(fact) for fact in [*filter(None, stamp.facts), f"knittest {__version__}", today]]
-    least = len(_wrapped(facts, letters))
-    even = next(n for n in range(1, letters + 1) if len(_wrapped(facts, n)) <= least)  # no line with the date alone
-    lines = [(line, FACTS) for line in _wrapped(facts, even)]
-    return lines + [(line, BAD if stamp.bad else FACTS) for line in textwrap.wrap(_plain(stamp.verdict), letters)]
+    facts = [_plain_line(fact) for fact in [*filter(None, stamp.facts), f"knittest {__version__}", today]]
+    least = len(_wrap_facts(facts, letters))
+    even = next(n for n in range(1, letters + 1) if len(_wrap_facts(facts, n)) <= least)  # no line with the date alone
+    lines = [(line, FACTS) for line in _wrap_facts(facts, even)]
+    return lines + [(line, BAD if stamp.bad else FACTS) for line in textwrap.wrap(_plain_line(stamp.verdict), letters)]
 
 
-def _wrapped(facts: Sequence[str], letters: int) -> list[str]:
+def _wrap_facts(facts: Sequence[str], letters: int) -> list[str]:
     """Wrap ``facts`` to lines of at most ``letters``, each fact on one line unless it is longer."""
     found = [""]
     for fact in facts:
@@ -159,7 +159,7 @@ def _pixels(figure: "Figure", dpi: int) -> np.ndarray:
     return np.asarray(figure.canvas.buffer_rgba())  # type: ignore[attr-defined]
 
 
-def _plain(text: str) -> str:
+def _plain_line(text: str) -> str:
     """Make one line without formulas: a dollar sign is printed."""
     return " ".join(text.split()).replace("$", r"\$")
 

@@ -155,14 +155,14 @@ PACKAGE = Path(__file__).resolve().parent.parent
 
 def configs_dir() -> Path:
     """Folder of the shipped configs (``fabrics/``, ``rigs/``)."""
-    return _shipped("configs")
+    return _shipped_folder("configs")
 
 
 def data_dir() -> Path:
     """Folder of the shipped experimental data; data paths in a config are relative to it."""
-    return _shipped("data")
+    return _shipped_folder("data")
 
 
-def _shipped(name: str) -> Path:
+def _shipped_folder(name: str) -> Path:
     in_wheel = PACKAGE / "shipped" / name
     return in_wheel if in_wheel.is_dir() else PACKAGE.parent / name

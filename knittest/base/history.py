@@ -94,7 +94,7 @@ def rest_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
             forces = [f"{key.removeprefix(FORCE)} {force:.3g}" for key, force in means.items() if key.startswith(FORCE)]
             found += [(label, text.format(", ".join(forces)))] if forces else []
         elif name in means:
-            found.append((label, _text_of(name, text, means[name])))
+            found.append((label, _number_text(name, text, means[name])))
     return found
 
 
@@ -114,7 +114,7 @@ def _mean(value: Value) -> float:
     return math.nan if value is None else float(value)
 
 
-def _text_of(name: str, text: str, value: float) -> str:
+def _number_text(name: str, text: str, value: float) -> str:
     if not math.isfinite(value):
         return UNSETTLED if name == "out_of_balance_pct" else "unknown"
     if name == "out_of_balance_pct" and value > CREEPING:

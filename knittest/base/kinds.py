@@ -172,7 +172,7 @@ class TestKind:
     def load(self, part: str) -> Any:
         """Object that the field ``part`` names or states; raises :class:`InputError` where it is not there."""
         value = getattr(self, part)
-        return value if isinstance(value, tuple) else _object(value, f"test {self.name}: {part}")
+        return value if isinstance(value, tuple) else _load_object(value, f"test {self.name}: {part}")
 
 
 @cache
@@ -182,7 +182,7 @@ def kinds() -> Mapping[str, TestKind]:
     for entry in _entries():
         other = entries.setdefault(entry.name, entry)
         if other.value != entry.value:
-            offers = f"{_package(other)} and {_package(entry)}"
+            offers = f"{_package_name(other)} and {_package_name(entry)}"
             raise InputError(f"test {entry.name} is in two packages, {offers}: uninstall one of them")
     stated = {entry.value.partition(":")[0] for entry in entries.values()}
     here = {f"knittest.laboratory.{path.parent.name}.kind" for path in PACKAGE.glob("laboratory/*/kind.py")}
@@ -191,7 +191,7 @@ def kinds() -> Mapping[str, TestKind]:
             f"tests of knittest are not installed ({', '.join(missing)}): the installation is older than the code, or "
             f"missing; run: pip install {PACKAGE.parent} (with -e for a checkout)"
         )
-    found = {name: _record(entry) for name, entry in entries.items()}
+    found = {name: _load_record(entry) for name, entry in entries.items()}
     return MappingProxyType(dict(sorted(found.items(), key=lambda item: (item[1].place, item[0]))))
 
 
@@ -213,9 +213,9 @@ def _of_checkout(path: Path) -> list[EntryPoint]:
     return [EntryPoint(name, value, GROUP) for name, value in stated.items()]
 
 
-def _record(entry: EntryPoint) -> TestKind:
-    where = f"test {entry.name} of {_package(entry)}: entry point {entry.value}"
-    record = _object(entry.value, where)
+def _load_record(entry: EntryPoint) -> TestKind:
+    where = f"test {entry.name} of {_package_name(entry)}: entry point {entry.value}"
+    record = _load_object(entry.value, where)
     if not isinstance(record, TestKind):
         raise InputError(f"{where}: expected a knittest.base.kinds.TestKind, found a {type(record).__name__}")
     if record.name != entry.name:
@@ -223,7 +223,7 @@ def _record(entry: EntryPoint) -> TestKind:
     return record
 
 
-def _object(path: str, where: str) -> Any:
+def _load_object(path: str, where: str) -> Any:
     module, colon, name = path.partition(":")
     if not colon:
         raise InputError(f"{where}: expected module:name, found {path!r}")
@@ -251,7 +251,7 @@ def package_digest(kind: TestKind) -> dict[str, str]:
     return {"test": digest.hexdigest()}
 
 
-def _package(entry: EntryPoint) -> str:
+def _package_name(entry: EntryPoint) -> str:
     if entry.dist is None:
         return f"{PACKAGE.name}, this checkout" if entry.value.startswith(f"{PACKAGE.name}.") else "an unknown package"
     return f"{entry.dist.name} {entry.dist.version}"

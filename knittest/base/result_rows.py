@@ -156,14 +156,14 @@ def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> l
         factors = (compared[quantity].get("factors") or ()) if quantity in compared and not refused else ()
         value, error = of_nominal_size(value, factors), errors[quantity].get("error") if quantity in errors else None
         error = None if error is None else mean_factor(factors) * error
-        tail = _judged(compared.get(quantity), form, plus_minus, error, mean_error(value), refused=refused)
+        tail = _evaluate_row(compared.get(quantity), form, plus_minus, error, mean_error(value), refused=refused)
         if quantity in alone and not refused:
             tail = ("-", "-", alone[quantity], NO_REFERENCE)
         if errors and error is None and tail[-1].endswith("1 sd"):
             tail = (*tail[:-1], f"{tail[-1]}, numerical error unknown")
         own = compared.get(quantity) or (summary if quantity in alone else None)
         guessed = tuple(own.get("assumed") or ()) if own else ()
-        simulated = _simulated(value, form, plus_minus, error)
+        simulated = _simulated_text(value, form, plus_minus, error)
         rows.append(ResultRow(quantity, label, number_of(value), simulated, *tail, guessed, error))
     return rows
 
@@ -180,7 +180,7 @@ def error_text(error: float, form: str) -> str:
     return f"{error:.2g}" if error > 0.0 and float(text) == 0.0 else text
 
 
-def _simulated(value: Value, form: str, plus_minus: str, error: float | None = None) -> str:
+def _simulated_text(value: Value, form: str, plus_minus: str, error: float | None = None) -> str:
     """Text of a number with its numerical ``error``; of an ensemble mean, count and sd, or the values of a few."""
     if not isinstance(value, Mapping):
         return _number(value, form) + ("" if error is None else f" {plus_minus} {error_text(error, form)}")
@@ -191,7 +191,7 @@ def _simulated(value: Value, form: str, plus_minus: str, error: float | None = N
     return f"{mean} {plus_minus} {sd} (n {count}){tail}"
 
 
-def _judged(
+def _evaluate_row(
     row: ComparisonRow | None, form: str, plus_minus: str, numerical: float | None, sampling: float, *, refused: bool
 ) -> tuple[str, str, str, str]:
     """Experiment, deviation, kind and verdict of a row, with its ``numerical`` and ``sampling`` error in its unit."""
@@ -205,7 +205,7 @@ def _judged(
     if row.get("given"):
         return _experiment(row, form, plus_minus) + scaled, "-", row["kind"], GIVEN
     if deviation is None or not math.isfinite(deviation):
-        percent = _percent(row.get("simulated"), row["experiment_mean"], error, plus_minus)
+        percent = _percent_text(row.get("simulated"), row["experiment_mean"], error, plus_minus)
         return mean + scaled, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
     share = 0.0 if error is None else error / row["experiment_sd"]
     tail = "" if error is None else f" {plus_minus} {error_text(share, '{:.2f}')}"
@@ -234,7 +234,7 @@ def verdict_of(deviation: float, error: float = 0.0) -> str:
     return "outside 1 sd" if abs(deviation) - error > 1.0 else UNRESOLVED
 
 
-def _percent(simulated: float | None, mean: float | None, error: float | None, plus_minus: str) -> str:
+def _percent_text(simulated: float | None, mean: float | None, error: float | None, plus_minus: str) -> str:
     """Deviation with its ``error`` in percent of the mean; empty if it is no number."""
     if simulated is None or not mean or not math.isfinite(simulated / mean):
         return ""

@@ -36,7 +36,7 @@ def relax(**which: Any) -> None:
     """
     from knittest.fabric.cell import Munden, cell_path
 
-    run, cell, seconds = _relaxed(**which)
+    run, cell, seconds = _relax(**which)
     stated = run.fabric.thickness
     scatter = f" ± {stated.sd:g}" if stated.sd else ""
     rows = (
@@ -51,7 +51,7 @@ def relax(**which: Any) -> None:
         ("interlacing", "checked: layers and loops are in the right order"),
         ("time", "from the cache" if seconds is None else f"{seconds:.2f} s"),
         ("stored in", str(cell_path(cell.spec))),
-        *_settled(run),
+        *_equilibrium_rows(run),
     )
     wide = max(len(name) for name, _ in rows) + 2
     for name, text in rows:
@@ -69,7 +69,7 @@ def show(out: Path, **which: Any) -> None:
     from knittest.base.figure import Stamp, stamped
     from knittest.export.yarn_pictures import cell_picture
 
-    run, cell, _ = _relaxed(**which)
+    run, cell, _ = _relax(**which)
     name, size = run.fabric.name, f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"
     loops = f"loop length {cell.spec.loop_length:g} mm"
     with stamped(Stamp((name, f"parameters {run.parameters}", size, loops))):
@@ -89,12 +89,12 @@ def export(file: Path, wales: int, courses: int, **which: Any) -> None:
     """
     from knittest.export.meshes import export_centre_lines
 
-    _, cell, _ = _relaxed(**which)
+    _, cell, _ = _relax(**which)
     export_centre_lines(file, cell, wales, courses)
     click.echo(str(file))
 
 
-def _settled(run: "Run") -> list[tuple[str, str]]:
+def _equilibrium_rows(run: "Run") -> list[tuple[str, str]]:
     """Initial equilibrium of the cell under the contact law of runs, where the fabric states one."""
     if not run.fabric.knitting.settled:
         return []
@@ -121,7 +121,7 @@ def _settled(run: "Run") -> list[tuple[str, str]]:
     ]
 
 
-def _relaxed(
+def _relax(
     variant: str | None, fabric: Path | None, parameters: str | None, sets: tuple[str, ...]
 ) -> tuple["Run", "Cell", float | None]:
     """Run of the fabric, its cell and the seconds of the relaxation; ``None`` if the cell was in the cache."""

@@ -105,10 +105,10 @@ def runs(
     size = sum(one.bytes for one in found) / 1e6
     if not yes and not click.confirm(f"remove {len(found)} of them, {size:.1f} MB?", err=True):
         return 0
-    return _remove([one.path for one in found])
+    return _remove_runs([one.path for one in found])
 
 
-def _remove(paths: list[Path]) -> int:
+def _remove_runs(paths: list[Path]) -> int:
     """Remove the run folders ``paths``; print why one cannot be removed, and return the worst exit code."""
     from knittest.base.errors import KnittestError
     from knittest.export.lock import remove_run
@@ -236,7 +236,7 @@ def compare(
     from knittest.laboratory.report_base import REPORTS
     from knittest.runs.show import curve_line, curve_table, print_json, print_text
 
-    given, columns, manifest = _run_of(run)
+    given, columns, manifest = _load_run(run)
     (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]
     report = REPORTS[given.rig.kind]
     columns, reach = report.for_nominal_size(given, columns), report.axes.reach
@@ -253,7 +253,7 @@ def compare(
     return 0
 
 
-def _run_of(run: Path) -> tuple[Any, dict[str, Any], dict[str, Any]]:
+def _load_run(run: Path) -> tuple[Any, dict[str, Any], dict[str, Any]]:
     """Config, curve columns and manifest of a completed run; raises :class:`InputError` for any other."""
     import json
 

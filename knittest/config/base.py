@@ -48,7 +48,7 @@ class Kernel(Generic[T]):
     def __get__(self, instance: BaseModel | None, owner: type[BaseModel]) -> Any:
         if instance is None:
             return self
-        return _converted(getattr(instance, self.field), field_meta(owner, self.field)["unit"])
+        return _to_kernel_units(getattr(instance, self.field), field_meta(owner, self.field)["unit"])
 
 
 def check_names(model: type[BaseModel]) -> None:
@@ -68,7 +68,7 @@ def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
     return dict(extra) if isinstance(extra, dict) else {}
 
 
-def _converted(value: Any, unit: str) -> float | Directed | None:
+def _to_kernel_units(value: Any, unit: str) -> float | Directed | None:
     """Convert a number, a quantity or one quantity per direction to kernel units; None stays None."""
     if value is None or isinstance(value, int | float):
         return None if value is None else to_kernel(float(value), unit)
@@ -77,7 +77,7 @@ def _converted(value: Any, unit: str) -> float | Directed | None:
     return to_kernel(value.value, unit)
 
 
-def _known(value: object) -> object:
+def _check_test_name(value: object) -> object:
     """Return ``value`` if it is the name of a test, else raise an error as of a literal."""
     if not isinstance(value, str) or value not in kinds():
         expected = " or ".join(repr(name) for name in kinds())
@@ -93,7 +93,7 @@ class _Names:
         return {"enum": list(kinds()), "type": "string"}
 
 
-TestName = Annotated[str, BeforeValidator(_known), _Names]
+TestName = Annotated[str, BeforeValidator(_check_test_name), _Names]
 
 
 #: unit of a field -> other units in which its number is often given, the commonest first
@@ -128,14 +128,14 @@ def likely_unit(number: float, unit: str, band: tuple[float, float]) -> str:
 
 def in_field_unit(number: float, written: str, unit: str) -> str | None:
     """Convert ``number`` from the unit ``written`` to ``unit``, as text; ``None`` for a unit that does not fit."""
-    names = {_plain(name): name for name in (*ALTERNATIVES.get(unit, ()), unit)}
-    name = names.get(_plain(written))
+    names = {_normalised_unit(name): name for name in (*ALTERNATIVES.get(unit, ()), unit)}
+    name = names.get(_normalised_unit(written))
     if name is None:
         return None
     return f"{number if name == unit else number * ratio(name, unit):.6g}"
 
 
-def _plain(unit: str) -> str:
+def _normalised_unit(unit: str) -> str:
     """Spell a unit without blanks, with plain letters and the yarn in the singular."""
     return plainly(unit).replace(" ", "").replace("yarns/", "yarn/")
 

@@ -41,20 +41,20 @@ def with_in_plane_bending(fabric: Fabric) -> Fabric:
     if fabric.reinforcing is None:
         return fabric
     kept = {} if stated is None else {d: stated.of(d) for d in get_args(Direction) if not is_derived(stated.of(d))}
-    return _with(fabric, PerDirection(**{d: _derived(fabric, d) for d in get_args(Direction)} | kept))
+    return _replace_bending(fabric, PerDirection(**{d: _derive(fabric, d) for d in get_args(Direction)} | kept))
 
 
 def without_in_plane_bending(fabric: Fabric) -> Fabric:
     """Fabric whose inlays have no in-plane bending stiffness in the macro model."""
-    return _with(fabric, None)
+    return _replace_bending(fabric, None)
 
 
-def _with(fabric: Fabric, bending: PerDirection | None) -> Fabric:
+def _replace_bending(fabric: Fabric, bending: PerDirection | None) -> Fabric:
     macro = fabric.macro.model_copy(update={"in_plane_bending": bending})
     return fabric.model_copy(update={"macro": macro})
 
 
-def _derived(fabric: Fabric, direction: Direction) -> Quantity:
+def _derive(fabric: Fabric, direction: Direction) -> Quantity:
     yarn = fabric.reinforcing.bending_stiffness.of(direction)
     density = fabric.warp_density if direction == "warp" else fabric.weft_density
     value = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
@@ -80,9 +80,12 @@ NAMED = 4
 def unread_note(run: Run) -> str:
     """Warning about changed numbers that ``run`` does not read, with the remedy; empty without any."""
     macro = run.model.scale == "macro"
-    own = _leaves(run.fabric)
+    own = _fabric_leaves(run.fabric)
     unread = OF_YARNS if macro else OF_SHELLS
-    found = [(f.name, [n for n in _changed(own, _leaves(f), unread) if not _below(n, REFERENCE)]) for f in _likes(run)]
+    found = [
+        (f.name, [n for n in _changed_fields(own, _fabric_leaves(f), unread) if not _is_below(n, REFERENCE)])
+        for f in _similar_fabrics(run)
+    ]
     name, changed = min(found, key=lambda one: len(one[1]), default=("", []))
     if not changed:
         return ""
@@ -107,26 +110,28 @@ def unused_notes(run: Run) -> Iterator[str]:
             "stiffness": law.kind == "table" and law.stiffness, "curve": law.kind == "linear" and law.curve,
             "points": law.kind == "linear" and law.points,
         }  # fmt: skip
-        yield from (_unused(f"macro.shear.{name}", f"kind is {law.kind}") for name, stated in off.items() if stated)
+        yield from (
+            _unused_text(f"macro.shear.{name}", f"kind is {law.kind}") for name, stated in off.items() if stated
+        )
         if law.unloading_stiffness is not None and law.friction_share.value == 0.0:
-            yield _unused("macro.shear.unloading_stiffness", "friction_share is 0")
+            yield _unused_text("macro.shear.unloading_stiffness", "friction_share is 0")
         return
     for system in ("reinforcing", "knitting"):
         axial = getattr(fabric, system).law
         if axial.toe_strain and axial.kind != "toe":
-            yield _unused(f"{system}.law.toe_strain", f"kind is {axial.kind}")
+            yield _unused_text(f"{system}.law.toe_strain", f"kind is {axial.kind}")
         if axial.points and axial.kind != "table":
-            yield _unused(f"{system}.law.points", f"kind is {axial.kind}")
+            yield _unused_text(f"{system}.law.points", f"kind is {axial.kind}")
     for name, instead in (("thickness", "diameters"), ("area_mass", "linear densities")):
         if getattr(fabric, name).source == "user" and name not in deciding(run):
-            yield _unused(name, f"the meso scale uses the {instead} of the yarns")
+            yield _unused_text(name, f"the meso scale uses the {instead} of the yarns")
 
 
-def _unused(field: str, reason: str) -> str:
+def _unused_text(field: str, reason: str) -> str:
     return f"fabric.{field} is not used: {reason}"
 
 
-def _likes(run: Run) -> Iterator[Fabric]:
+def _similar_fabrics(run: Run) -> Iterator[Fabric]:
     """Shipped fabrics with the name of that of ``run``, else those with the same numbers that decide the macro test."""
     names = sorted(path.stem for path in (configs_dir() / "fabrics").glob("*.yaml"))
     fields = [field for field in deciding(run) if field.startswith("macro.")]
@@ -134,32 +139,32 @@ def _likes(run: Run) -> Iterator[Fabric]:
         names = [run.fabric.name]
     elif not fields:
         return
-    own = _leaves(run.fabric)
-    for fabric in (fabric for name in names for fabric in _shipped(name, run.parameters)):
+    own = _fabric_leaves(run.fabric)
+    for fabric in (fabric for name in names for fabric in _shipped_versions(name, run.parameters)):
         stated = tuple(field for field in fields if entry(fabric, field) is not None)
-        if not _changed(own, _leaves(fabric), stated):
+        if not _changed_fields(own, _fabric_leaves(fabric), stated):
             yield fabric
 
 
-def _shipped(name: str, chosen: str) -> Iterator[Fabric]:
+def _shipped_versions(name: str, chosen: str) -> Iterator[Fabric]:
     """Shipped fabric ``name`` with each parameter set from which another fabric may have been started."""
     for one in (chosen, None, "as-measured"):
         with suppress(InputError):  # no such set
             yield resolve(variant=name, parameters=one, scale="macro").fabric
 
 
-def _leaves(fabric: Fabric) -> dict[str, object]:
+def _fabric_leaves(fabric: Fabric) -> dict[str, object]:
     found = leaves(fabric.model_dump(mode="json"))
     return {name: value for name, value in found if not name.endswith(".description")}
 
 
-def _changed(own: dict[str, object], other: dict[str, object], parts: tuple[str, ...]) -> list[str]:
+def _changed_fields(own: dict[str, object], other: dict[str, object], parts: tuple[str, ...]) -> list[str]:
     """Fields below ``parts`` in which both differ."""
-    names = [name for name in dict.fromkeys([*own, *other]) if _below(name, parts)]
+    names = [name for name in dict.fromkeys([*own, *other]) if _is_below(name, parts)]
     return [name for name in names if own.get(name) != other.get(name)]
 
 
-def _below(name: str, parts: tuple[str, ...]) -> bool:
+def _is_below(name: str, parts: tuple[str, ...]) -> bool:
     return any(name == part or name.startswith(f"{part}.") for part in parts)
 
 

@@ -112,9 +112,9 @@ def resolve(
     to resume a run. Raises :class:`InputError` listing every finding.
     """
     document = _run_document(config)
-    kind = _kind(document, test)
-    options = _options(asked)
-    given = _settings(sets)
+    kind = _test_name(document, test)
+    options = _option_settings(asked)
+    given = _to_settings(sets)
     refuse_contradictions(options, given)
     source = _fabric_source(variant, fabric, document, config)
     for setting in given:
@@ -122,7 +122,7 @@ def resolve(
             raise InputError(f"{setting.said}: {dotted(ACCEPTED)} cannot be set: use --accept-limits instead")
         if setting.path[:2] == ("fabric", "rigs"):
             raise InputError(f"{setting.said}: set the rig of the run instead: --set rig.{setting.path[-1]}=...")
-    layers = _layers(document, source, options + given, kind)
+    layers = _lay_all(document, source, options + given, kind)
     if accept_limits is not None:
         layers.lay({"accept_limits": accept_limits}, lambda path: "--accept-limits")
     try:
@@ -130,7 +130,7 @@ def resolve(
     except ValidationError as error:
         raise input_error(error, layers) from None
     folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
-    if _stated(WAVES, document, given) is None:
+    if _stated_value(WAVES, document, given) is None:
         run = run.with_fine_waves()
     return settle_data_paths(run, layers, folders).with_derived_numbers()
 
@@ -142,16 +142,16 @@ def planned_directions(
     both: tuple[Direction, ...] = get_args(Direction)
     if direction is not None:
         return [d for d in both if direction in (d, "both")]
-    given = _settings(sets)
-    stated = _choice(("rig", "direction"), both, None, _run_document(config), given)
+    given = _to_settings(sets)
+    stated = _chosen_value(("rig", "direction"), both, None, _run_document(config), given)
     return [stated] if stated else list(both)
 
 
-def _settings(sets: Sequence[str | Setting]) -> list[Setting]:
+def _to_settings(sets: Sequence[str | Setting]) -> list[Setting]:
     return [parse_set(one) if isinstance(one, str) else one for one in sets]
 
 
-def _kind(document: Document, asked: str | None) -> str:
+def _test_name(document: Document, asked: str | None) -> str:
     """Kind of test: that of the command, which a config file may not contradict, else of the file, else the default."""
     stated = Layers(document.data).get(("rig", "kind"))
     if stated is not None and stated not in RUNS:
@@ -169,7 +169,7 @@ def _run_document(config: Path | str | None) -> Document:
     return Document("defaults", {}) if config is None else load_yaml(Path(config))
 
 
-def _options(asked: Options) -> list[Setting]:
+def _option_settings(asked: Options) -> list[Setting]:
     """Settings of the given options; raises ``TypeError`` for an unknown one."""
     if unheard := asked.keys() - _STATED.keys():
         raise TypeError(f"resolve() got unexpected arguments: {', '.join(sorted(unheard))}")
@@ -197,19 +197,19 @@ def _fabric_source(
     raise InputError("no fabric is given: expected --variant 1, --variant 2, --variant NAME or --fabric FILE")
 
 
-def _layers(document: Document, source: FabricSource, settings: list[Setting], kind: str) -> Layers:
-    scale = _choice(("model", "scale"), get_args(Scale), default_scale(kind), document, settings)
-    preset = _choice(("model", "preset"), get_args(Preset), Model().preset, document, settings)
+def _lay_all(document: Document, source: FabricSource, settings: list[Setting], kind: str) -> Layers:
+    scale = _chosen_value(("model", "scale"), get_args(Scale), default_scale(kind), document, settings)
+    preset = _chosen_value(("model", "preset"), get_args(Preset), Model().preset, document, settings)
     layers = Layers()
     layers.lay({"rig": {"kind": kind}}, lambda path: "the command")
-    chosen_sizes = preset_settings(kind, preset, scale, lambda field: _stated(("rig", field), document, settings))
+    chosen_sizes = preset_settings(kind, preset, scale, lambda field: _stated_value(("rig", field), document, settings))
     layers.lay(chosen_sizes, lambda path: f"preset {preset}")
-    wanted = _stated(("parameters",), document, settings)
+    wanted = _stated_value(("parameters",), document, settings)
     if wanted is not None and not isinstance(wanted, str):
         raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
     chosen = lay_fabric(layers, source, wanted)
-    stated = {key for key in kinds()[kind].tied.values() if _stated(("rig", key), document, settings) is not None}
-    direction = _stated(("rig", "direction"), document, settings) or StripRig().direction
+    stated = {key for key in kinds()[kind].tied.values() if _stated_value(("rig", key), document, settings) is not None}
+    direction = _stated_value(("rig", "direction"), document, settings) or StripRig().direction
     _lay_own_rig(layers, kind, direction, stated)
     _refuse_shadowed_preset(document, layers, preset, kind)
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
@@ -220,7 +220,7 @@ def _layers(document: Document, source: FabricSource, settings: list[Setting], k
     return layers
 
 
-def _stated(path: KeyPath, document: Document, settings: list[Setting]) -> Any:
+def _stated_value(path: KeyPath, document: Document, settings: list[Setting]) -> Any:
     """Value at ``path`` of the command line, else of the config file."""
     for setting in reversed(settings):
         if setting.path == path:
@@ -228,9 +228,11 @@ def _stated(path: KeyPath, document: Document, settings: list[Setting]) -> Any:
     return Layers(document.data).get(path)
 
 
-def _choice(path: KeyPath, names: tuple[Any, ...], default: object, document: Document, settings: list[Setting]) -> Any:
+def _chosen_value(
+    path: KeyPath, names: tuple[Any, ...], default: object, document: Document, settings: list[Setting]
+) -> Any:
     """Value of a field that must be known before the run can be resolved."""
-    stated = _stated(path, document, settings)
+    stated = _stated_value(path, document, settings)
     if stated is None:
         return default
     if stated not in names:

@@ -40,17 +40,19 @@ class Described(NamedTuple):
 
 def run_schema(kind: str = DEFAULT) -> dict[str, Any]:
     """JSON schema of a run of ``kind``, with which editors complete and check YAML."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_standard(RUNS[kind].model_json_schema())}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_rename_bounds(RUNS[kind].model_json_schema())}
 
 
-def _standard(node: object, names: bool = False) -> Any:
+def _rename_bounds(node: object, names: bool = False) -> Any:
     """Rename the bounds; if ``names``, the keys of ``node`` are field names, not keywords."""
     if isinstance(node, list):
-        return [_standard(item) for item in node]
+        return [_rename_bounds(item) for item in node]
     if not isinstance(node, dict):
         return node
     return {
-        key if names else KEYWORDS.get(key, key): _standard(item, names=not names and key in ("properties", "$defs"))
+        key if names else KEYWORDS.get(key, key): _rename_bounds(
+            item, names=not names and key in ("properties", "$defs")
+        )
         for key, item in node.items()
     }
 
@@ -61,10 +63,13 @@ def field_lines(name: str) -> list[str]:
     for kind, run in RUNS.items():
         for field in fields_below(run):
             found.setdefault(field, []).append(kind)
-    pattern = r"(\.(value|sd|source|ref))?"
-    named = {field: tests for field, tests in found.items() if re.fullmatch(_pattern(field.path) + pattern, name)}
+    patterns = {  # NAME and [] stand for any name and index; a part of a quantity is explained by the quantity
+        field: re.escape(field.path).replace("NAME", r"[^.]+").replace(r"\[\]", r"(\[\d*\])?") for field in found
+    }
+    part = r"(\.(value|sd|source|ref))?"
+    named = {field: tests for field, tests in found.items() if re.fullmatch(patterns[field] + part, name)}
     if named:
-        return [line for field, tests in named.items() for line in [*_explained(field, tests), ""]][:-1]
+        return [line for field, tests in named.items() for line in [*_explain(field, tests), ""]][:-1]
     below = {field.path: field for field in found if field.path.startswith(f"{name}.")}
     if below:
         return [f"{path}{_unit(field)}: {field.text}" for path, field in below.items()]
@@ -75,20 +80,15 @@ def field_lines(name: str) -> list[str]:
     raise InputError(f"{name}: a run has no such field; {hint}")
 
 
-def _pattern(path: str) -> str:
-    """Pattern of the names of the field ``path``, in which NAME and [] match any name and index."""
-    return re.escape(path).replace("NAME", r"[^.]+").replace(r"\[\]", r"(\[\d*\])?")
-
-
-def _explained(field: Described, tests: list[str]) -> list[str]:
+def _explain(field: Described, tests: list[str]) -> list[str]:
     facts = {
         "type": field.kind.replace("`", ""),
         "default": field.default,
         "bounds": field.bounds,
         "tests": "all" if len(tests) == len(RUNS) else ", ".join(tests),
         "scale": next((s for s, parts in OF_SCALE.items() if any(_is_in(field.path, p) for p in parts)), "both"),
-        "decides": "; ".join(_decided(field.path)),
-    } | {f"preset, {tested}": values for tested, values in _preset(field.path, tests)}
+        "decides": "; ".join(_decided_results(field.path)),
+    } | {f"preset, {tested}": values for tested, values in _preset_values(field.path, tests)}
     return [f"{field.path}{_unit(field)}", f"  {field.text}", *(f"  {n}: {v}" for n, v in facts.items() if v)]
 
 
@@ -100,7 +100,7 @@ def _is_in(path: str, part: str) -> bool:
     return path == part or path.startswith(f"{part}.")
 
 
-def _decided(path: str) -> Iterator[str]:
+def _decided_results(path: str) -> Iterator[str]:
     """Tests, with their scale, whose results the field decides."""
     for name, kind in kinds().items():
         for scale, parts in kind.deciding.items():
@@ -110,7 +110,7 @@ def _decided(path: str) -> Iterator[str]:
                 yield f"results of {name}, {scale}"
 
 
-def _preset(path: str, tests: list[str]) -> Iterator[tuple[str, str]]:
+def _preset_values(path: str, tests: list[str]) -> Iterator[tuple[str, str]]:
     """Tests for which presets set the field, and the values."""
     found: dict[str, list[str]] = {}
     for test in tests:

@@ -102,7 +102,7 @@ def lay_setting(layers: Layers, setting: Setting) -> None:
     if holder and holder.is_quantity and path[-1] == "value" and value is None:
         path = path[:-1]
     elif holder and holder.is_quantity and path[-1] in ("value", "sd"):
-        layers.lay(_users_own(layers.get(path[:-1])), lambda _: setting.said, path[:-1])
+        layers.lay(_user_fields(layers.get(path[:-1])), lambda _: setting.said, path[:-1])
     layers.lay(value, lambda _: setting.said, path)
 
 
@@ -115,7 +115,7 @@ def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
                 raise InputError(f"{stated} contradicts {option.said} {option.value}: give one of them")
 
 
-def _users_own(old: object) -> dict[str, Any]:
+def _user_fields(old: object) -> dict[str, Any]:
     """Other fields of a quantity whose value or scatter the user sets."""
     if not isinstance(old, dict):
         return {"source": "user"} if old is None else {"value": old, "source": "user"}

@@ -21,12 +21,12 @@ def namesake(shipped: Path, others: Iterable[Path]) -> Path | None:
     for other in others:
         if not other.exists() or other.samefile(shipped):
             continue
-        if _read(other) not in ({}, _read(shipped)):
+        if _contents(other) not in ({}, _contents(shipped)):
             return other.resolve()
     return None
 
 
-def _read(path: Path) -> dict[Path, bytes]:
+def _contents(path: Path) -> dict[Path, bytes]:
     """Contents of a file, or of the tables and imported curves in the folder of an experiment."""
     files = [*path.glob("*.csv"), *path.glob("*/corridor.csv")] if path.is_dir() else [path]
     return {file.relative_to(path): file.read_bytes() for file in files if file.is_file()}
@@ -141,13 +141,13 @@ def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
     at: KeyPath = ("fabric", "macro")
     if macro.tension is not None:
         tension = {
-            d: _settled(one, (*at, "tension", d), layers, roots, needed) if isinstance(one, str) else one
+            d: _settle_path(one, (*at, "tension", d), layers, roots, needed) if isinstance(one, str) else one
             for d, one in macro.tension.items()
         }
         macro = macro.model_copy(update={"tension": tension})
     experiment = fabric.experiment
     if experiment is not None:
-        experiment = _settled(experiment, ("fabric", "experiment"), layers, roots, needed=True, is_folder=True)
+        experiment = _settle_path(experiment, ("fabric", "experiment"), layers, roots, needed=True, is_folder=True)
         path, variant = ("fabric", "experiment_variant"), str(fabric.experiment_variant)
         if variant not in (known := variants(roots[0] / experiment)):
             raise InputError(
@@ -155,17 +155,19 @@ def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
                 f"{roots[0] / experiment} has"
             )
     if macro.shear is not None and macro.shear.curve is not None:
-        settled = _settled(macro.shear.curve, (*at, "shear", "curve"), layers, roots, needed)
+        settled = _settle_path(macro.shear.curve, (*at, "shear", "curve"), layers, roots, needed)
         macro = macro.model_copy(update={"shear": macro.shear.model_copy(update={"curve": settled})})
     tools = {}
     for name, stl in stl_tools(run.rig).items():
-        file = _settled(stl.path, ("rig", name, "stl", "path"), layers, roots, needed=True)
+        file = _settle_path(stl.path, ("rig", name, "stl", "path"), layers, roots, needed=True)
         tools[name] = getattr(run.rig, name).model_copy(update={"stl": stl.model_copy(update={"path": file})})
     fabric = fabric.model_copy(update={"macro": macro, "experiment": experiment})
     return run.model_copy(update={"fabric": fabric, "rig": run.rig.model_copy(update=tools)})
 
 
-def _settled(text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False) -> str:
+def _settle_path(
+    text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False
+) -> str:
     def refuse(expectation: str) -> InputError:
         return InputError(f"{layers.where(path) or 'defaults'}: {dotted(path)} = {shown(text)}: {expectation}")
 

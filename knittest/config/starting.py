@@ -70,17 +70,17 @@ def fabric_template(fabric: Fabric, like: str, own: Sequence[str] = ()) -> str:
 
 def taken_over(fabric: Fabric, name: str) -> Fabric:
     """Fabric ``name`` with all numbers and laws of ``fabric``, marked as assumed."""
-    assumed = _assumed(fabric, f"as {fabric.name}")
+    assumed = _mark_assumed(fabric, f"as {fabric.name}")
     nothing: dict[str, Any] = {"title": "", "experiment": None, "experiment_variant": None, "rigs": {}}
     return assumed.model_copy(update={"name": name, **nothing})
 
 
-def _assumed(model: Model, ref: str) -> Model:
+def _mark_assumed(model: Model, ref: str) -> Model:
     """Copy of ``model`` in which every source is ``assumed`` with the reason ``ref``."""
     if isinstance(model, Quantity):
         return model.model_copy(update={"source": "assumed", "ref": ref, "tuned_on": [], "chosen_by": []})
     changed: dict[str, Any] = {
-        name: _assumed(value, ref)
+        name: _mark_assumed(value, ref)
         for name in type(model).model_fields
         if isinstance(value := getattr(model, name), BaseModel)
     }
@@ -103,9 +103,9 @@ def _fields(model: BaseModel, level: int, commented_out: dict[str, str]) -> Iter
             yield f"{indent}{name}:"
             yield from _fields(value, level + 1, {})
         elif name in commented_out:
-            yield f"{indent}# {name}: {_flow(value)}  ({commented_out[name]})"
+            yield f"{indent}# {name}: {_flow_text(value)}  ({commented_out[name]})"
         else:
-            yield f"{indent}{name}: {_flow(value)}"
+            yield f"{indent}{name}: {_flow_text(value)}"
 
 
 def _comment(model: type[BaseModel], name: str) -> str:
@@ -121,7 +121,7 @@ def _comment(model: type[BaseModel], name: str) -> str:
     return str(info.description) + (f" [{', '.join(notes)}]" if notes else "")
 
 
-def _flow(value: object) -> str:
+def _flow_text(value: object) -> str:
     if isinstance(value, Quantity):
         scatter = "" if value.sd is None else f", sd: {value.sd:g}"
         rows = "".join(f", {n}: {json.dumps(r)}" for n in ("tuned_on", "chosen_by") if (r := getattr(value, n)))
@@ -150,7 +150,7 @@ def starting_text(
     start = taken_over(like, name)
     own = []
     for system, text in (yarns or {}).items():
-        start = start.model_copy(update={system: _yarn(system, text)})
+        start = start.model_copy(update={system: _make_yarn(system, text)})
         own.append(f"The numbers of {system}, area_mass and thickness are derived from {text}.")
     if yarns:
         start = start.model_copy(
@@ -164,20 +164,20 @@ def starting_text(
         start = start.model_copy(update={"contact": contact})
         own.append("contact.normal_stiffness is derived from the knitting yarn.")
     if folder is None:
-        without = start.macro.model_copy(update=_absent(CARD))
+        without = start.macro.model_copy(update=_empty_parts(CARD))
         return fabric_template(start.model_copy(update={"macro": without}), like.name, own)
-    document = _part(folder)
-    fabric = _laid_over(start, document)
+    document = _read_part(folder)
+    fabric = _merge_import(start, document)
     own += [
         f"Numbers of the imported tests, from {folder / FABRIC}:",
-        *(f"  {dotted(path)}" for path in _stated(document.data)),
+        *(f"  {dotted(path)}" for path in _given_paths(document.data)),
     ]
     if fabric.reinforcing is None:
         own.append(f"The yarns of {like.name} do not fit this area mass and are left out: --scale meso needs your own.")
     return fabric_template(fabric, like.name, own)
 
 
-def _yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
+def _make_yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
     """Yarn of ``system`` from a text such as "E-glass 600 tex" or a yarn card."""
     said = f"--{system} {text!r}"
     if text.lstrip().startswith("{"):
@@ -194,12 +194,12 @@ def _yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
         raise input_error(error, layers, model) from None
 
 
-def _absent(parts: Iterable[str]) -> dict[str, None]:
+def _empty_parts(parts: Iterable[str]) -> dict[str, None]:
     """Empty fields of the macro material card for ``parts``, which are then derived from the yarns."""
     return dict.fromkeys(name for part in parts for name in (part, *TOGETHER.get(part, ())))
 
 
-def _part(folder: Path) -> Document:
+def _read_part(folder: Path) -> Document:
     if not folder.is_dir():
         raise InputError(f"--from {folder}: expected the folder that knittest data import wrote (its --out)")
     if not (folder / FABRIC).is_file():
@@ -207,7 +207,7 @@ def _part(folder: Path) -> Document:
     return load_yaml(folder / FABRIC)
 
 
-def _laid_over(start: Fabric, document: Document) -> Fabric:
+def _merge_import(start: Fabric, document: Document) -> Fabric:
     """Lay the numbers of ``document`` with their sources over ``start``.
 
     Yarns that do not fit its area mass are left out, else the parts of the macro material card that it does not give.
@@ -225,7 +225,7 @@ def _laid_over(start: Fabric, document: Document) -> Fabric:
         layers.lay(dict.fromkeys(YARN_LEVEL), lambda path: f"{start.name}, as started", ("fabric",))
     else:
         own = Layers(stated).get(("macro",)) or {}
-        absent = _absent(part for part in CARD if not {part, *TOGETHER.get(part, ())} & set(own))
+        absent = _empty_parts(part for part in CARD if not {part, *TOGETHER.get(part, ())} & set(own))
         layers.lay(absent, lambda path: f"{start.name}, as started", ("fabric", "macro"))
     layers.lay(stated, lambda path: document.where(path[1:]), ("fabric",))
     try:
@@ -240,12 +240,12 @@ def _empty(key: str) -> Any:
     return {"points": [], "ref": "", "definition": "conjugate"}.get(key)
 
 
-def _stated(data: dict[str, Any], at: KeyPath = ()) -> list[KeyPath]:
+def _given_paths(data: dict[str, Any], at: KeyPath = ()) -> list[KeyPath]:
     """Paths of all that a part gives and does not assume; a quantity, a law or the rig of a test is one."""
     found: list[KeyPath] = []
     for key, value in data.items():
         if isinstance(value, dict) and value.get("source") == "assumed":
             continue
         nested = isinstance(value, dict) and not {"value", "kind"} & value.keys() and at != ("rigs",)
-        found += _stated(value, (*at, key)) if nested else [(*at, key)]
+        found += _given_paths(value, (*at, key)) if nested else [(*at, key)]
     return found

@@ -12,7 +12,7 @@ from knittest.config.run import Preset, Scale
 from knittest.config.yaml_loader import Document
 
 
-def _listed(value: object) -> list[str]:
+def _to_names(value: object) -> list[str]:
     names = value if isinstance(value, list) else [value]
     if not all(isinstance(name, str | int) and not isinstance(name, bool) for name in names):
         raise ValueError("expected a name or a list of names")
@@ -20,7 +20,7 @@ def _listed(value: object) -> list[str]:
 
 
 #: one name or a list of names; a number is a name too
-Names = Annotated[list[str], BeforeValidator(_listed)]
+Names = Annotated[list[str], BeforeValidator(_to_names)]
 
 
 #: descriptions of fields that several studies have
@@ -127,14 +127,14 @@ def check_order(low: float, high: float, positive: bool) -> None:
         raise BoundsError(f"must be greater than low = {low:g}", "high")
 
 
-def _named(value: object) -> Any:
+def _to_text(value: object) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
 class Chosen(Strict):
     """Fabric: a shipped one or a file."""
 
-    variant: Annotated[str | None, BeforeValidator(_named)] = Field(
+    variant: Annotated[str | None, BeforeValidator(_to_text)] = Field(
         None, description="shipped fabric: 1, 2, or a name of configs/NAME.yaml"
     )
     fabric: str | None = Field(None, description="fabric file, relative to the folder of this file")

@@ -68,16 +68,16 @@ class Blend(NamedTuple):
 
     def failure(self, efficiency: float | None) -> tuple[Fibre, float]:
         """Fibre whose failure ends the largest force, and its failure strain [%]; failed fibres carry nothing."""
-        ends = [(_end(fibre, efficiency), fibre) for _, fibre in self.parts]
+        ends = [(_failure_strain(fibre, efficiency), fibre) for _, fibre in self.parts]
         strain, first = max(ends, key=lambda end: end[0] * self.carriers(end[0], efficiency).modulus)
         return first, strain
 
     def carriers(self, strain: float, efficiency: float | None) -> "Blend":
         """Fibres that carry at ``strain`` [%], with fractions of all fibres."""
-        return Blend(self.name, tuple(part for part in self.parts if _end(part[1], efficiency) >= strain))
+        return Blend(self.name, tuple(part for part in self.parts if _failure_strain(part[1], efficiency) >= strain))
 
 
-def _end(fibre: Fibre, efficiency: float | None) -> float:
+def _failure_strain(fibre: Fibre, efficiency: float | None) -> float:
     """Failure strain [%] of ``fibre`` in a yarn."""
     return fibre.failure_strain * (fibre.efficiency if efficiency is None else efficiency)
 
@@ -103,14 +103,14 @@ def blend_of(fibre: object) -> Blend:
     total = sum(shares.values())
     if abs(total - 1.0) > SHARES:
         raise BoundsError(f"the mass fractions add up to {total:g}, expected 1", "fibre")
-    known = {_plain(name): (name, fibre) for name, fibre in fibres().items()}
-    if missing := [name for name in shares if _plain(name) not in known]:
+    known = {_normalised_name(name): (name, fibre) for name, fibre in fibres().items()}
+    if missing := [name for name in shares if _normalised_name(name) not in known]:
         raise BoundsError(
             f"unknown fibre {missing[0]}, expected one of {', '.join(fibres())}; for another fibre give the numbers of "
             "the yarn instead",
             "fibre",
         )
-    rows = [(share / total, *known[_plain(name)]) for name, share in shares.items()]
+    rows = [(share / total, *known[_normalised_name(name)]) for name, share in shares.items()]
     volume = sum(share / fibre.density for share, _, fibre in rows)
     names = " and ".join(name if len(rows) == 1 else f"{100 * share:.3g} % {name}" for share, name, _ in rows)
     return Blend(names, tuple((share / fibre.density / volume, fibre) for share, _, fibre in rows))
@@ -122,8 +122,8 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
         return card
     card = {**card, **_linear_density(card)}
     if card.get("fibre") is None:
-        return {name: entry for name, entry in card.items() if name not in SETTINGS or _stated(entry) is not None}
-    stated = {name: own for name, entry in card.items() if (own := _stated(entry)) is not None}
+        return {name: entry for name, entry in card.items() if name not in SETTINGS or _own_entry(entry) is not None}
+    stated = {name: own for name, entry in card.items() if (own := _own_entry(entry)) is not None}
     for name, instead in SETTINGS.items():
         if name in stated and _is_whole(stated.get(instead)):
             raise BoundsError(f"excludes {instead}: keep the one that was measured", name)
@@ -131,7 +131,7 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
         if (number := number_of(stated.get(name))) is not None:
             check_bounds(number, field_meta(model, name), name)
     directed = {name for name, info in model.model_fields.items() if info.annotation is PerDirection}
-    found = {**_derived(stated), **{name: filled(value, "", why, "assumed") for name, (value, why) in usual.items()}}
+    found = {**_derive(stated), **{name: filled(value, "", why, "assumed") for name, (value, why) in usual.items()}}
     for name, entry in found.items():
         own = stated.get(name)
         if name not in directed:
@@ -141,7 +141,7 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
     return stated
 
 
-def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def _derive(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """Numbers that follow from fibre, linear density and other numbers of the card."""
     if (tex := number_of(stated.get("linear_density"))) is None:
         raise BoundsError("missing: mass per length of the yarn, such as 600 or 4 x 300 tex", "linear_density")
@@ -179,14 +179,14 @@ def _derived(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             strain, "%", f"efficiency {strain / first.failure_strain:g} x {first.failure_strain:g} % of the filaments"
         )
     if not _is_whole(stated.get("bending_stiffness")):
-        found |= _bending(blend, area, diameter, number_of(stated.get("bending_share")))
+        found |= _derive_bending(blend, area, diameter, number_of(stated.get("bending_share")))
     found["torsion_ratio"] = filled(
         sum(v * f.modulus * f.torsion_ratio for v, f in blend.parts) / blend.modulus, "", "2 G / E of the fibres"
     )
     return found
 
 
-def _bending(blend: Blend, area: float, diameter: float, share: float | None) -> dict[str, dict[str, Any]]:
+def _derive_bending(blend: Blend, area: float, diameter: float, share: float | None) -> dict[str, dict[str, Any]]:
     """EI between that of free filaments and E A D^2 / 16 of filaments that cannot slide."""
     found = {}
     if share is None:
@@ -226,10 +226,10 @@ def _linear_density(card: Mapping[str, Any]) -> dict[str, Any]:
     return {"linear_density": {**rest, "value": value, "ref": rest.get("ref") or text.strip()}}
 
 
-def _stated(entry: Any) -> Any:
+def _own_entry(entry: Any) -> Any:
     """Entry of a card without numbers that this conversion filled; None if nothing is left."""
     if isinstance(entry, Mapping) and not isinstance(entry, Quantity) and {"warp", "weft"} & entry.keys():
-        return {name: own for name, inner in entry.items() if (own := _stated(inner)) is not None} or None
+        return {name: own for name, inner in entry.items() if (own := _own_entry(inner)) is not None} or None
     return None if is_filled(entry) else entry
 
 
@@ -259,5 +259,5 @@ def number_of(entry: Any) -> float | None:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def _plain(name: object) -> str:
+def _normalised_name(name: object) -> str:
     return re.sub(r"[\s_-]", "", str(name)).casefold()
