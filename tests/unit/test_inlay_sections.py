@@ -172,5 +172,5 @@ def test_sections_and_patches_have_one_law(modulus, exponent):
 
 
 def test_a_deck_does_not_write_ellipses_as_circles():
-    with pytest.raises(InputError, match=r"deck: yarns of flat sections .* without fabric.reinforcing.section"):
+    with pytest.raises(InputError, match=r"deck: elliptic yarn sections .* leave out fabric.reinforcing.section"):
         add_yarns(KeywordFile(), flat_model())
