@@ -8,7 +8,7 @@ from knittest.base.figure import Printing
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Where a run writes and what: folder, threads, JSON, frames, pictures, curves to compare with, page, notes."""
+    """Output of a run: folder, threads, JSON, frames, pictures, curves to compare with, page, notes."""
 
     out: Path | None = None
     threads: int | None = None
