@@ -153,7 +153,7 @@ def forming(
     against: os.PathLike[str] | str | collections.abc.Sequence[os.PathLike[str] | str] = (),
     blank_holder_force: float | None = None,
 ) -> knittest.api.run.Run | knittest.api.run.Runs:
-    """Draw a blank into a die with a stamp, macro or meso."""
+    """Form a blank with stamp and die, macro or meso."""
 
 def friction(
     fabric: str | int | os.PathLike[str] | knittest.api.fabric.Fabric | None = None,

@@ -88,7 +88,7 @@ BOTH = "Weg [cm];freies Ende [cm];Kraft [N]"
     [
         ({"head": BOTH, "step": 0.02}, r"between the rows where the inlay begins to slide"),
         ({"head": BOTH, "step": 0.004, "travel": 30.0}, r"N where all 50 mm are out, .* N before; expected about 0"),
-        ({"factors": (0.1, 0.1, 1.0)}, r"slide of all inlays is 1\.\d+ mm; .* at least the distance of the crossings, 3\.57"),
+        ({"factors": (0.1, 0.1, 1.0)}, r"slide of all inlays is 1\.\d+ mm; .* at least the distance .*, 3\.57"),
         ({"step": 0.4}, r"0\.2 mm between the rows where the inlay begins to slide; expected at most 0\.04 mm"),
         ({"factors": (1.0, 1.0, -1.0)}, "but tension counts as positive; give --sign negative"),
     ],
