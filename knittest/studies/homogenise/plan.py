@@ -98,7 +98,7 @@ def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
     elif isinstance(yarns, CantileverRun):
         settings = [own(f"rig.{name}", getattr(yarns.rig, name)) for name in ("mode", "overhang", "length", "gravity")]
     elif isinstance(yarns, PictureFrameRun):
-        angle = min(yarns.rig.max_angle, last_angle)
+        angle = min(yarns.rig.max_angle, _rounded_down(last_angle))
         settings = [own("rig.side", yarns.rig.side), own("rig.max_angle", angle)]
     if piece.direction:
         settings.append(own("rig.width", width(yarns)))
@@ -171,10 +171,15 @@ def cell_run(request: Request, piece: Piece) -> Run:
     return resolved(request, "cell", None, [*settings, *usual, *sets])
 
 
+def _rounded_down(angle: float) -> float:
+    """Largest tenth of a degree up to ``angle`` [deg]: the angle in the file of the law is rounded too."""
+    return floor(10.0 * angle) / 10.0
+
+
 def cell_shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float]) -> Run:
     """Macro run of ``piece`` of usual size; ``last_angle`` [deg] ends frames, ``stiffness`` [N mm] sets overhangs."""
     if piece.kind == "picture-frame":
-        return on_shells(piece, yarns, card, [own("rig.max_angle", floor(10.0 * last_angle) / 10.0)])
+        return on_shells(piece, yarns, card, [own("rig.max_angle", _rounded_down(last_angle))])
     whole = own("rig.width", width(on_shells(piece, yarns, card, [])))
     run = on_shells(piece, yarns, card, [whole])
     if not isinstance(run, CantileverRun) or piece.direction is None:
