@@ -13,8 +13,8 @@ import matplotlib.pyplot as plt
 import pandas as pd
 import yaml
 
-from knittest.base.figure import Printing, Stamp, printed, stamped
-from knittest.base.result_rows import LABELS, unfolded
+from knittest.base.figure import Printing, Stamp, use_printing, use_stamp
+from knittest.base.result_rows import LABELS, unfold_results
 from knittest.export.field_pictures import PlanField, fields_picture
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -33,7 +33,7 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
     if scale == "macro" and config["fabric"]["macro"]["in_plane_bending"] is None:
         name += ", without in-plane bending"
     quality, cost = summary["quality"], summary["cost"]
-    rows = {LABELS[k][0]: LABELS[k][1].format(v) for k, v in unfolded(summary["results"]).items() if k in LABELS}
+    rows = {LABELS[k][0]: LABELS[k][1].format(v) for k, v in unfold_results(summary["results"]).items() if k in LABELS}
     rows |= {
         "kinetic energy over work [%]": f"{100.0 * quality['ke_over_ie_max']:.1f}",
         "energy error [%]": f"{100.0 * quality['energy_error_max']:.3f}",
@@ -79,7 +79,7 @@ def fields(folders: list[Path]) -> None:
     rig = config["rig"]
     how = f"drawn by {rig['depth']:g} mm, holder {rig['blank_holder_force']:g} N"
     title = f"Shear angle, blank of {rig['blank_length']:g} mm {how}"
-    with printed(Printing(dpi=100)), stamped(Stamp((config["fabric"]["name"],))):
+    with use_printing(Printing(dpi=100)), use_stamp(Stamp((config["fabric"]["name"],))):
         fields_picture(DOCS / "forming.png", found, title=title, label="shear angle [deg]")
 
 

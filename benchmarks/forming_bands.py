@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
 from benchmarks.forming import put, table
-from knittest.base.result_rows import LABELS, unfolded
+from knittest.base.result_rows import LABELS, unfold_results
 
 Array = NDArray[np.float64]
 
@@ -59,7 +59,7 @@ def column(folder: Path) -> tuple[str, dict[str, str]]:
     curve = pd.read_csv(folder / "curve.csv")
     done, force = curve["stamp_travel_mm"] / float(config["rig"]["depth"]), curve["stamp_force_n"]
     quality, cost = summary["quality"], summary["cost"]
-    results = unfolded(summary["results"])
+    results = unfold_results(summary["results"])
     rows = {
         "stamp force, largest [N]": f"{results['stamp_force_max_n']:.1f}",
         "same, mean of the second, third and last quarter of the stroke [N]": ", ".join(

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, dress, new_figure, save
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, RED, new_figure, save, style_axes
 from knittest.base.files import data_dir
 from knittest.cli.main import run
 from knittest.experiment.curves import load_curve
@@ -98,7 +98,7 @@ def picture(folder: Path) -> None:
     curves = [load_curve(data_dir() / "cao2008" / "curves" / f"{file}.csv") for _, file, _, _ in LABS]
     x = np.linspace(0.5, 34.0, 200)
     between = np.array([np.interp(x, c.x, c.mean) for c in curves])
-    dress(axes)
+    style_axes(axes)
     axes.fill_between(x, between.min(0), between.max(0), color=GREY, alpha=0.15, linewidth=0, label="laboratories")
     for (name, file, frame, fabric), curve, colour in zip(LABS, curves, COLOURS, strict=True):
         said = "input of the model" if file == "uml" else "digitised"
@@ -112,7 +112,7 @@ def picture(folder: Path) -> None:
     axes.set_ylim(0.0, 0.3)
     axes.legend(frameon=False, fontsize=9)
     axes.set_title("Glass/PP plain weave (Cao et al. 2008)", loc="left", fontsize=12)
-    dress(other)
+    style_axes(other)
     cycle = pd.read_csv(folder / "cycle" / "curve.csv")
     other.plot(cycle[X], cycle["shear_force_n"], color=BLUE, linewidth=1.0)
     other.set(xlabel="shear angle [deg]", ylabel="force of the crosshead [N]")

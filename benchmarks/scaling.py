@@ -26,8 +26,8 @@ from knittest.config.run import Run
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.yarn_model import YarnModel
 from knittest.runs.specimen import prepare
-from knittest.solve.compiling import warm
-from knittest.solve.state import Stepping
+from knittest.solve.compilation import load_kernels
+from knittest.solve.state import ModelStepper
 
 BEAMS = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 #: sides of the shells [mm] of a blank of 330 mm
@@ -76,21 +76,21 @@ def settled() -> int:
     return memory("VmRSS")
 
 
-def moving(run: Run) -> Stepping:
+def moving(run: Run) -> ModelStepper:
     """Model of ``run`` under its rig, a turn after its start."""
     prepared = prepare(run)
     model, dt = prepared.model, run.solver.safety * prepared.model.critical_step
     boundary = Boundary(model, dt)
     prepared.rig.constrain(boundary)
-    stepping = Stepping(model, boundary.drive(), new_tally(boundary), dt)
+    stepping = ModelStepper(model, boundary.drive(), new_tally(boundary), dt)
     model.prepare()
     stepping.step(TURN)
     return stepping
 
 
-def built(run: Run) -> tuple[Stepping, Built]:
+def built(run: Run) -> tuple[ModelStepper, Built]:
     """Model of ``run`` at rest under its rig, and what it took beyond what a small model loads."""
-    warm(run, threads=1)
+    load_kernels(run, threads=1)
     moving(strip(FEW) if run.model.scale == "meso" else blank(COARSE))
     before, start = settled(), time.process_time()
     Path("/proc/self/clear_refs").write_text("5")  # forgets the most so far

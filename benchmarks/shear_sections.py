@@ -18,7 +18,7 @@ from docs import stored_runs
 from docs.shear_cells import Case, cases
 from docs.stored_runs import StoredRun, inputs_of
 from docs.validation_sections import FILE
-from knittest.base.result_rows import unfolded
+from knittest.base.result_rows import unfold_results
 from knittest.cli.main import run
 from knittest.config.loading import resolve
 
@@ -50,7 +50,7 @@ def stored(folder: Path, case: Case) -> StoredRun:
     if given != asked:
         raise ValueError(f"{folder}: given other numbers than its case has now")
     return replace(
-        found, results=unfolded(summary["results"]) | dict(_mechanisms(folder)), quality=summary["quality"],
+        found, results=unfold_results(summary["results"]) | dict(_mechanisms(folder)), quality=summary["quality"],
         cost=summary["cost"], refused=summary["refused"], warnings=summary["warnings"],
     )  # fmt: skip
 

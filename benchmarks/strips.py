@@ -14,13 +14,13 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.forming import put, table
-from knittest.base.result_rows import LABELS, unfolded
+from knittest.base.result_rows import LABELS, unfold_results
 from knittest.cli.main import run
 from knittest.config.loading import resolve
-from knittest.laboratory.base import Prepared, shear_curve
+from knittest.laboratory.base import PreparedSpecimen, shear_curve
 from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh
 from knittest.laboratory.bias_extension.test import WARP, BiasExtension, BiasExtensionTest, ends_of
-from knittest.laboratory.bias_extension.zones import material_of, zone_table
+from knittest.laboratory.bias_extension.zones import material_points, zone_table
 from knittest.materials.shear import shear_table
 from knittest.models.macro import build_sheet
 from knittest.pose import linear_laminate
@@ -66,7 +66,7 @@ def pulled(ratio: float, size: float) -> tuple[list[float], float, float]:
     card = linear_laminate((SHEAR * ratio,) * 2, (0.05, 0.05), SHEAR, 1.0, drilling=0.0)
     config: Any = resolve(variant="cao2008-weave", scale="macro", preset="quick", test="bias-extension", sets=sets)
     points, cells = bias_mesh(STRIP.length, STRIP.width, size)
-    prepared = Prepared(
+    prepared = PreparedSpecimen(
         build_sheet(points, cells, card, 7e-4, 1.0, WARP), BiasExtensionTest(config, STRIP, *ends_of(points, STRIP))
     )
     history, _ = BiasExtension().solve(prepared, config, SILENT)
@@ -76,7 +76,7 @@ def pulled(ratio: float, size: float) -> tuple[list[float], float, float]:
         gamma = np.deg2rad([at])
         expected = float(STRIP.force(SHEAR * gamma, 0.5 * SHEAR * gamma, gamma)[0])
         over.append(float(force[np.abs(angle - at) < 1.0].mean()) / expected)
-    zones = zone_table(history, STRIP, material_of(config, history))
+    zones = zone_table(history, STRIP, material_points(config, history))
     middle = float(np.interp(30.0, zones["shear_angle_deg"], zones["middle_mean_deg"]))
     return (
         over,
@@ -134,7 +134,7 @@ def changes(folder: Path, names: tuple[str, str], page: str) -> None:
     rows = []
     for name in names:
         found = summary(ran(folder, name))
-        results = unfolded(found["results"])
+        results = unfold_results(found["results"])
         for key, one in (found.get("numerical_error") or {}).items():
             mesh = next((one[k] for k in ("coarser_mesh_pct", "finer_mesh_pct") if one.get(k) is not None), None)
             shown = ["-" if v is None else f"{v:+.1f} %" for v in (one.get("half_speed_pct"), mesh)]

@@ -16,7 +16,7 @@ import yaml
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from docs import stored_cells, stored_runs, validation_sets
 from docs.stored_runs import StoredRun, inputs_of
-from knittest.base.result_rows import unfolded
+from knittest.base.result_rows import unfold_results
 from knittest.config.loading import resolve
 
 #: what a preset or an option decides, so that a difference to it is a --set
@@ -30,7 +30,7 @@ def read(folder: Path) -> StoredRun:
     config = yaml.safe_load((folder / "config.yaml").read_text(encoding="utf-8"))
     inputs = inputs_of(config)
     return StoredRun(
-        options=_options(config, inputs), inputs=inputs, results=unfolded(summary["results"]),
+        options=_options(config, inputs), inputs=inputs, results=unfold_results(summary["results"]),
         quality=summary["quality"], cost=summary["cost"], refused=summary["refused"], warnings=summary["warnings"],
         commit=manifest["git_commit"], date=manifest["ended"], cpu=manifest["cpu"],
         numerical_error=summary.get("numerical_error", {}),

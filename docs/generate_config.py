@@ -9,7 +9,7 @@ from knittest.config import studies
 from knittest.config.base import Quantity
 from knittest.config.presets import PRESETS, default_scale, preset_settings
 from knittest.config.run import RUNS, Run
-from knittest.config.schema import Described, described, fields_below, model_of
+from knittest.config.schema import FieldDescription, describe_fields, fields_below, model_of
 
 FIELD_HEADER = ("field", "type", "unit", "default", "bounds", "what")
 
@@ -38,9 +38,9 @@ def config_reference() -> str:
     for kind, run in RUNS.items():
         parts += [f"## `rig` of {kind}", _summary(_rig(run)), _fields(fields_below(_rig(run), "rig."))]
         parts += [_presets(kind)]
-    parts += ["## `fabric`", _fields(described(Run, "fabric"))]
+    parts += ["## `fabric`", _fields(describe_fields(Run, "fabric"))]
     for title, names in [*groups, ("Parameter set", alone)]:
-        parts += [f"## {title}", _fields(row for name, model in names for row in described(model, name))]
+        parts += [f"## {title}", _fields(row for name, model in names for row in describe_fields(model, name))]
     parts += ["## Sweep file", "Of `knittest batch`; see [batch.md](batch.md).", _fields(fields_below(studies.Sweep))]
     parts += ["## Calibration file", "Of `knittest calibrate`; see [calibrate.md](calibrate.md)."]
     parts += [_fields(fields_below(studies.Calibration))]
@@ -82,7 +82,7 @@ def _leaves(fields: dict[str, Any], prefix: str = "") -> Iterator[tuple[str, Any
             yield prefix + name, value
 
 
-def _fields(fields: Iterable[Described]) -> str:
+def _fields(fields: Iterable[FieldDescription]) -> str:
     rows = [
         (f"`{f.path}`", f.kind, "-" if f.unit == "1" else f.unit, f.default, f.bounds, plain(f.text)) for f in fields
     ]

@@ -21,7 +21,7 @@ from typing import Any
 from docs.stored_runs import differences, inputs_of, lines_of, packed, unpacked
 from knittest.config.loading import resolve
 from knittest.export.identity import git_commit
-from knittest.export.summary import now
+from knittest.export.summary import timestamp
 from knittest.studies.regress import baseline
 from knittest.studies.regress.cases import Case, cases_of
 from knittest.studies.regress.drift import change_of
@@ -175,9 +175,9 @@ def blocks() -> Iterator[tuple[str, str, str]]:
 
 def entry_of(made: Made, text: str, note: str = "") -> dict[str, Any]:
     """Record that is kept of a table with ``text``."""
-    known = baseline.load(baseline.shipped()).entries
+    known = baseline.load(baseline.shipped_path()).entries
     return {
-        "by": made.by, "note": note, "commit": git_commit(), "date": now()[:10], "text": _hash(text),
+        "by": made.by, "note": note, "commit": git_commit(), "date": timestamp()[:10], "text": _hash(text),
         "inputs": [inputs_of(_config(run)) for run in made.runs],
         "regression": {case.name: known[case.name].results for case in _cases(made) if case.name in known},
     }  # fmt: skip
@@ -189,7 +189,7 @@ def stale(entry: dict[str, Any], made: Made, text: str) -> list[str]:
     found = ["edited by hand"] if entry["text"] != fresh["text"] else []
     for given, run in zip(entry["inputs"], made.runs, strict=True):
         found += [f"{run['test']} {run['scale']}: {what}" for what in differences(given, _config(run))]
-    known = baseline.load(baseline.shipped()).entries
+    known = baseline.load(baseline.shipped_path()).entries
     for case in _cases(made):
         before, today = entry["regression"].get(case.name, {}), known.get(case.name)
         found += [f"{case.name}: {name} was {was:g}, is {today.results.get(name) if today else None}"

@@ -8,7 +8,7 @@ from pathlib import Path
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
 from knittest.export.identity import git_commit
-from knittest.export.summary import now
+from knittest.export.summary import timestamp
 from knittest.fabric.cell import Cell, CellSpec
 from knittest.laboratory.numerical_error import mesh_factor
 
@@ -49,19 +49,19 @@ def fabric_of(variant: str) -> Fabric:
 
 def relaxed(variant: str) -> StoredCell:
     """Relax the cell of ``variant``, or take it from the cache."""
-    from knittest.fabric.relax import relax_cell, relaxed_cell
+    from knittest.fabric.relaxation import relax_cell, relaxed_cell
 
     fabric = fabric_of(variant)
     cell = relaxed_cell(fabric, lambda: None)
     found, fine = _numbers(fabric, cell), _numbers(fabric, relax_cell(cell.spec, FINER))
     error = {name: mesh_factor(FINER, finer=True) * abs(fine[name] - value) for name, value in found.items()}
     crimp = {system: cell.crimp(system) for system in ("warp", "weft")}
-    return StoredCell(**found, crimp=crimp, spec=_spec(fabric), commit=git_commit(), date=now(), error=error)
+    return StoredCell(**found, crimp=crimp, spec=_spec(fabric), commit=git_commit(), date=timestamp(), error=error)
 
 
 def _numbers(fabric: Fabric, cell: Cell) -> dict[str, float]:
     """Thickness [mm] and area mass [g/m2] of ``cell``."""
-    from knittest.runs.preflight.of_yarns import cell_mass
+    from knittest.runs.preflight.yarn_counterparts import cell_mass
 
     mass = 1e6 * cell_mass(fabric, cell) / (cell.spec.wale * cell.spec.course)
     return {"thickness_mm": cell.thickness, "area_mass_g_m2": mass}

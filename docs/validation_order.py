@@ -8,7 +8,7 @@ from typing import Any
 from docs.generate_config import table
 from docs.validation_sections import sections_part
 from knittest.studies.uncertainty.outcome import Uncertainty, VariableRow
-from knittest.studies.uncertainty.page import index_text, points_text, ranked, share_text, short
+from knittest.studies.uncertainty.page import index_text, points_text, ranked_indices, share_text, short_name
 
 FILE = Path(__file__).parent / "shear-order.json"
 #: parameters named of a ratio
@@ -121,7 +121,9 @@ def verdict(ratio: VariableRow) -> str:
 def _hangs_on(one: VariableRow) -> str:
     if not one.indices or one.explained is None:
         return f"- {one.name} deg: no regression, {one.no_indices}"
-    named = "; ".join(f"{short(i.parameter)} {index_text(i.first, i.first_interval)}" for i in ranked(one)[:NAMED])
+    named = "; ".join(
+        f"{short_name(i.parameter)} {index_text(i.first, i.first_interval)}" for i in ranked_indices(one)[:NAMED]
+    )
     return f"- {one.name} deg, R2 {one.explained:.2f}: {named}"
 
 

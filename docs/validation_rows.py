@@ -7,9 +7,9 @@ from typing import Any
 
 from docs.stored_runs import StoredRun
 from knittest.base.files import data_dir
-from knittest.base.result_rows import mean_factor, of_nominal_size
+from knittest.base.result_rows import mean_factor, to_nominal_size
 from knittest.experiment.origin import ROW_NAMES, RowKind, quantities, row_kind
-from knittest.experiment.tables import PublishedValue, published
+from knittest.experiment.tables import PublishedValue, published_rows
 from knittest.laboratory.report_base import REPORTS
 
 #: deviation [sd of the experiment] that a predicted or tuned row may have, and share that an input may be off
@@ -94,7 +94,7 @@ def _rows(run: StoredRun, runs: Sequence[StoredRun]) -> Iterator[Row]:
         if value is None:
             continue
         scaled = REPORTS[now.rig.kind].scaled(now, [row])[0]
-        value: Any = of_nominal_size(value, scaled.factors)
+        value: Any = to_nominal_size(value, scaled.factors)
         ensemble = value if isinstance(value, dict) else {"mean": value, "sd": math.nan}
         error, preset = numerical_error(run, runs, row.quantity)
         yield Row(
@@ -106,7 +106,7 @@ def _rows(run: StoredRun, runs: Sequence[StoredRun]) -> Iterator[Row]:
 
 def measured(variant: str, direction: str, quantities: Sequence[str]) -> list[PublishedValue]:
     """Rows of the paper."""
-    return published(data_dir() / "pham2019", variant, direction, tuple(quantities))
+    return published_rows(data_dir() / "pham2019", variant, direction, tuple(quantities))
 
 
 def density(variant: str, direction: str) -> float:

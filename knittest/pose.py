@@ -26,15 +26,15 @@ from knittest.materials.yarn_section import Patch, Section
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.chains import Chain
 from knittest.models.crossings import Crossings
-from knittest.models.from_stiffness import linear_laminate, round_section, section, strip_section
 from knittest.models.periodic import PeriodicChain
+from knittest.models.sections import linear_laminate, round_section, section, strip_section
 from knittest.models.sheet_tracker import SheetContact
 from knittest.models.surface import read_surface, surface
 from knittest.models.tool import Table, Tool, constant, cylinder, plane, plate, ramp, sampled
-from knittest.models.yarn_health import YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.solve.body import Body
 from knittest.solve.periodic_body import PeriodicBody
-from knittest.solve.relax import Relaxation
+from knittest.solve.relaxation import Relaxation
 
 __all__ = [
     "ALL", "Body", "Boundary", "Chain", "Crossings", "Laminate", "Patch", "PeriodicBody", "PeriodicChain", "Readings",

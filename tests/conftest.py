@@ -9,7 +9,7 @@ import pytest
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_setupnodes() -> None:
     """Compile the kernels before the workers start: each of them would compile what it needs first, or wait for it."""
-    from knittest.solve.compiling import compile_all
+    from knittest.solve.compilation import compile_all
 
     compile_all()
 

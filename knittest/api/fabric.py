@@ -9,8 +9,8 @@ from typing import Any, Self
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT
 from knittest.config.fabric import Fabric as Fields
-from knittest.config.fields import place
-from knittest.config.messages import unknown
+from knittest.config.fields import field_at
+from knittest.config.messages import unknown_name_text
 from knittest.config.settings import Setting
 from knittest.config.sources import variant_path
 from knittest.config.yaml_loader import KeyPath
@@ -22,7 +22,7 @@ Sets = Mapping[str, Any] | Sequence[str]
 def settings_of(sets: Sets, kind: str) -> tuple[Setting | str, ...]:
     """Settings of a run of ``kind`` from ``sets``; raises :class:`InputError` for anything else."""
     if isinstance(sets, Mapping):
-        return tuple(nested(sets, (), kind, "--set"))
+        return tuple(nested_settings(sets, (), kind, "--set"))
     if isinstance(sets, str):
         return (sets,)
     if isinstance(sets, Sequence) and all(isinstance(one, str) for one in sets):
@@ -30,28 +30,28 @@ def settings_of(sets: Sets, kind: str) -> tuple[Setting | str, ...]:
     raise InputError(f'set = {sets!r}: expected a dict such as {{"rig.width": 50}}')
 
 
-def nested(sets: Mapping[str, Any], above: KeyPath, kind: str, said: str) -> Iterator[Setting]:
+def nested_settings(sets: Mapping[str, Any], above: KeyPath, kind: str, said: str) -> Iterator[Setting]:
     """One setting per value of ``sets``, whose keys are paths below ``above``; a quantity is one value."""
     for key, value in sets.items():
         if not isinstance(key, str) or not all(key.split(".")):
             raise InputError(f'set: {key!r}: expected the path of a field, such as "rig.width"')
         path: KeyPath = (*above, *key.split("."))
-        field = place(path, kind)
+        field = field_at(path, kind)
         if isinstance(value, Mapping) and not (field and field.is_quantity):
-            yield from nested(value, path, kind, said)
+            yield from nested_settings(value, path, kind, said)
         else:
-            yield Setting(path, plain(value), f"{said} {'.'.join(map(str, path))}")
+            yield Setting(path, to_yaml_value(value), f"{said} {'.'.join(map(str, path))}")
 
 
-def plain(value: Any) -> Any:
+def to_yaml_value(value: Any) -> Any:
     """Convert a value to that of YAML: a path to text, NumPy numbers and arrays to Python's, a tuple to a list."""
     if isinstance(value, PathLike):
         return fspath(value)
     if isinstance(value, Mapping):
-        return {key: plain(one) for key, one in value.items()}
+        return {key: to_yaml_value(one) for key, one in value.items()}
     if hasattr(value, "tolist"):
         return value.tolist()
-    return [plain(one) for one in value] if isinstance(value, list | tuple) else value
+    return [to_yaml_value(one) for one in value] if isinstance(value, list | tuple) else value
 
 
 FILES = (".yaml", ".yml")
@@ -88,8 +88,8 @@ class Fabric:
         """
         for name in fields:
             if name not in Fields.model_fields:
-                raise InputError(f"with_({name}=...): {unknown(name, list(Fields.model_fields))}")
-        added = tuple(nested(fields, ("fabric",), DEFAULT, "with_"))
+                raise InputError(f"with_({name}=...): {unknown_name_text(name, list(Fields.model_fields))}")
+        added = tuple(nested_settings(fields, ("fabric",), DEFAULT, "with_"))
         return replace(self, settings=(*self.settings, *added))
 
 

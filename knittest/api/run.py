@@ -8,10 +8,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knittest.api.shown import Shown, show_views
+from knittest.api.notebook_view import NotebookPages, show_views
 from knittest.base.errors import InputError
 from knittest.base.summary import Summary
-from knittest.runs.opening import manifest_of
+from knittest.runs.opened_run import manifest_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -108,7 +108,7 @@ class Run:
         ax.legend()
         return ax
 
-    def show(self) -> Shown | None:
+    def show(self) -> NotebookPages | None:
         """Show the 3D view of the run, ``view.html``, in the notebook, else in the browser.
 
         Raises :class:`InputError` for a run without frames.
@@ -121,9 +121,9 @@ class Run:
 
         Raises :class:`InputError` for a run without frames and for bad options.
         """
-        from knittest.report_page.moving.film import Filmed, animate
+        from knittest.report_page.moving.film import FilmOptions, animate
 
-        return animate(self.folder, Path(out), Filmed(**looks))
+        return animate(self.folder, Path(out), FilmOptions(**looks))
 
     def _table(self, name: str) -> "DataFrame":
         if self.status != "completed":
@@ -207,7 +207,7 @@ class Runs(Sequence[Run]):
         assert ax is not None
         return ax
 
-    def show(self) -> Shown | None:
+    def show(self) -> NotebookPages | None:
         """Show the 3D views of all runs; see :meth:`Run.show`."""
         return show_views([run.folder for run in self])
 

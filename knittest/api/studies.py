@@ -11,7 +11,7 @@ from knittest.api.fabric import Fabric, FabricLike, Sets, settings_of
 from knittest.base.errors import InputError, RefusedWarning
 from knittest.base.kinds import DEFAULT
 from knittest.config.settings import Setting
-from knittest.studies.trials.runner import Studied, StudyOptions
+from knittest.studies.trials.runner import StudyOptions, StudyResult
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -78,7 +78,7 @@ def batch(
     options = BatchOptions(
         out=_path(out), workers=workers, threads=threads, parquet=parquet, quiet=quiet, accept_limits=accept_limits
     )
-    return _study(run_batch(Path(sweep), options, lambda question: True), "not every run has a valid result")
+    return _make_study(run_batch(Path(sweep), options, lambda question: True), "not every run has a valid result")
 
 
 def calibrate(
@@ -94,7 +94,7 @@ def calibrate(
     options = CalibrateOptions(
         out=_path(out), workers=workers, threads=threads, storage=storage, quiet=quiet, accept_limits=accept_limits
     )
-    return _study(run_calibration(Path(calibration), options), "the calibration did not converge")
+    return _make_study(run_calibration(Path(calibration), options), "the calibration did not converge")
 
 
 def uncertainty(
@@ -108,7 +108,7 @@ def uncertainty(
     from knittest.studies.uncertainty.command import run_uncertainty
 
     options = StudyOptions(out=_path(out), workers=workers, quiet=quiet, accept_limits=accept_limits)
-    return _study(run_uncertainty(Path(study), options), "some runs lack a result: see its page")
+    return _make_study(run_uncertainty(Path(study), options), "some runs lack a result: see its page")
 
 
 def homogenise(
@@ -125,14 +125,14 @@ def homogenise(
     from knittest.studies.homogenise.plan import Request
 
     chosen = Fabric.load(fabric)
-    sets = tuple(_text(one) for one in (*chosen.settings, *settings_of(set, DEFAULT)))
+    sets = tuple(_setting_text(one) for one in (*chosen.settings, *settings_of(set, DEFAULT)))
     request = Request(chosen.variant, chosen.file, parameters, preset, None, sets, source=source)
     command = f"knittest.homogenise({chosen.variant or str(chosen.file)!r}, source={source!r}, set={list(sets)})"
     found = run_homogenisation(request, HomogeniseOptions(out=_path(out), workers=workers, quiet=quiet), command)
-    return _study(found, "no card, or a card that does not reproduce the meso model: see homogenise.json")
+    return _make_study(found, "no card, or a card that does not reproduce the meso model: see homogenise.json")
 
 
-def _study(found: Studied, otherwise: str) -> Study:
+def _make_study(found: StudyResult, otherwise: str) -> Study:
     if found.exit_code:
         warnings.warn(f"{found.folder}: {otherwise}", RefusedWarning, stacklevel=3)
     return Study(found.folder, found.exit_code == 0)
@@ -142,6 +142,6 @@ def _path(place: Place | None) -> Path | None:
     return None if place is None else Path(place)
 
 
-def _text(setting: Setting | str) -> str:
+def _setting_text(setting: Setting | str) -> str:
     """Setting as an option of the command; JSON is YAML."""
     return setting if isinstance(setting, str) else f"{'.'.join(map(str, setting.path))}={json.dumps(setting.value)}"

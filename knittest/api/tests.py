@@ -8,13 +8,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, TypedDict
 
-from knittest.api.fabric import Fabric, FabricLike, Sets, plain, settings_of
+from knittest.api.fabric import Fabric, FabricLike, Sets, settings_of, to_yaml_value
 from knittest.api.run import Run, Runs, load
 from knittest.base.errors import InputError, RefusedWarning
 from knittest.base.kinds import TestKind, kinds
-from knittest.config.fields import all_paths, nearest
-from knittest.config.loading import planned_runs
-from knittest.config.messages import unknown
+from knittest.config.fields import all_paths, most_similar_name
+from knittest.config.loading import resolve_test_runs
+from knittest.config.messages import unknown_name_text
 from knittest.config.settings import Setting
 from knittest.runs.options import RunOptions
 
@@ -62,15 +62,15 @@ def run_test(test: str, fabric: FabricLike | None = None, **given: Any) -> Run |
     """
     name = str(test).replace("_", "-")
     if name not in kinds():
-        raise InputError(f"test = {test!r}: {unknown(name, list(kinds()), 'test')}")
+        raise InputError(f"test = {test!r}: {unknown_name_text(name, list(kinds()), 'test')}")
     _check_arguments(kinds()[name], given)
-    runs = planned_runs(name, given.get("direction"), _resolve_arguments(kinds()[name], fabric, given))
+    runs = resolve_test_runs(name, given.get("direction"), _resolve_arguments(kinds()[name], fabric, given))
     options = _run_options(given)
     from knittest.studies.command import run_all
 
     with _ONE_AT_A_TIME:
         folders = [outcome.folder for outcome in run_all(runs, options)]
-    return _warned(Run(folders[0]) if len(folders) == 1 else load(folders[0].parent))
+    return _warn_if_rejected(Run(folders[0]) if len(folders) == 1 else load(folders[0].parent))
 
 
 def resume(
@@ -84,10 +84,10 @@ def resume(
 
     with _ONE_AT_A_TIME:
         resume_all(Path(folder), _run_options({"threads": threads, "quiet": quiet}), force)
-    return _warned(load(folder))
+    return _warn_if_rejected(load(folder))
 
 
-def _warned(run: Run | Runs) -> Run | Runs:
+def _warn_if_rejected(run: Run | Runs) -> Run | Runs:
     if not run.gates:
         text = "; ".join(run.gates.refused)
         warnings.warn(f"{run.folder}: not compared with the experiment: {text}", RefusedWarning, stacklevel=4)
@@ -101,7 +101,7 @@ def _check_arguments(kind: TestKind, given: dict[str, Any]) -> None:
     for name in given:
         if name in known:
             continue
-        close = nearest(name, known)
+        close = most_similar_name(name, known)
         hint = f'did you mean "{close}"?' if close else f"known: {', '.join(known)}"
         if f"rig.{name}" in all_paths(kind.name):
             hint = f'it is a field of the rig: set={{"rig.{name}": ...}}'
@@ -114,13 +114,13 @@ def _resolve_arguments(kind: TestKind, fabric: FabricLike | None, given: dict[st
     if fabric is None and config is None:
         raise InputError('which fabric? Give fabric="1", fabric="2" or the path of a fabric file')
     if direction not in (None, "warp", "weft", "both"):
-        names = unknown(str(direction), ["warp", "weft", "both"], "direction")
+        names = unknown_name_text(str(direction), ["warp", "weft", "both"], "direction")
         raise InputError(f"direction = {direction!r}: {names}")
     chosen = Fabric() if fabric is None else Fabric.load(fabric)
     sets = [*chosen.settings, *settings_of(given.get("set", ()), kind.name)]
     for name, field in kind.own_fields.items():
         if given.get(name) is not None:
-            sets.append(Setting(tuple(field.split(".")), plain(given[name]), f"--{name.replace('_', '-')}"))
+            sets.append(Setting(tuple(field.split(".")), to_yaml_value(given[name]), f"--{name.replace('_', '-')}"))
     if given.get("verify"):
         sets.append("output.verify=true")
     named = {name: given.get(name) for name in ("scale", "preset", "parameters", "specimens", "seed")}

@@ -23,7 +23,7 @@ OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 MOST_LINKS = 40
 
 
-def weakness(folder: Path) -> str:
+def write_access_fault(folder: Path) -> str:
     """Reason why another user could put files into ``folder`` or exchange it; empty if none could.
 
     Kernels are loaded from it, so it must be this user's and closed to others. Each folder of its path, links followed,
@@ -87,7 +87,7 @@ def cache_root() -> Path | None:
     from platformdirs import user_cache_path
 
     given = os.environ.get(VARIABLE)
-    return _usable(Path(given), VARIABLE) if given else _usable(user_cache_path("knittest"), "")
+    return _find_usable_folder(Path(given), VARIABLE) if given else _find_usable_folder(user_cache_path("knittest"), "")
 
 
 def cache_folder(*names: str) -> Path | None:
@@ -105,7 +105,7 @@ def cache_folder(*names: str) -> Path | None:
     return None
 
 
-def clear(root: Path) -> int:
+def remove_cache(root: Path) -> int:
     """Remove the folders of the cache in ``root``, nothing else, and return their bytes."""
     folders = [path for path in map(root.joinpath, FOLDERS) if path.is_dir() and not path.is_symlink()]
     size = sum(map(size_on_disk, folders))
@@ -115,7 +115,7 @@ def clear(root: Path) -> int:
 
 
 @cache
-def _usable(folder: Path, variable: str) -> Path | None:
+def _find_usable_folder(folder: Path, variable: str) -> Path | None:
     problem = _find_problem(folder)
     if not problem and _can_write(folder):
         return folder
@@ -147,7 +147,7 @@ def _find_problem(folder: Path) -> str:
     except OSError:
         return ""
     try:
-        return weakness(folder)
+        return write_access_fault(folder)
     except OSError as error:
         return f"{folder} cannot be checked ({error.strerror or error})"
 
@@ -202,8 +202,10 @@ def checksum(arrays: Mapping[str, np.ndarray]) -> str:
 KEY = "key"
 
 
-def kept(path: Path | None, key: str) -> dict[str, np.ndarray] | None:
-    """Arrays that :func:`keep` wrote to ``path`` for ``key``, or None; raises :class:`Damaged` for another file."""
+def load_cached(path: Path | None, key: str) -> dict[str, np.ndarray] | None:
+    """Arrays that :func:`save_cached` wrote to ``path`` for ``key``, or None; raises :class:`Damaged` for another
+    file.
+    """
     if path is None:
         return None
     try:
@@ -216,7 +218,7 @@ def kept(path: Path | None, key: str) -> dict[str, np.ndarray] | None:
     return arrays
 
 
-def keep(path: Path | None, key: str, arrays: Mapping[str, np.ndarray]) -> None:
+def save_cached(path: Path | None, key: str, arrays: Mapping[str, np.ndarray]) -> None:
     """Write ``arrays`` whole or not at all; after an error of the disk they are computed again."""
     if path is None:
         return

@@ -58,7 +58,7 @@ def is_out_of_memory(error: BaseException | None) -> bool:
 
 
 @contextmanager
-def reporting_memory() -> Iterator[None]:
+def report_memory_shortage() -> Iterator[None]:
     """Raise :class:`ResourceError` if memory is short inside the block, after freeing the arrays of the block."""
     try:
         yield

@@ -46,7 +46,7 @@ _PRINTING: ContextVar[Printing] = ContextVar("printing", default=Printing())  # 
 
 
 @contextmanager
-def _in_context(variable: ContextVar[T], value: T) -> Iterator[None]:
+def _override_context(variable: ContextVar[T], value: T) -> Iterator[None]:
     token = variable.set(value)
     try:
         yield
@@ -54,17 +54,17 @@ def _in_context(variable: ContextVar[T], value: T) -> Iterator[None]:
         variable.reset(token)
 
 
-def printed(printing: Printing) -> AbstractContextManager[None]:
+def use_printing(printing: Printing) -> AbstractContextManager[None]:
     """Write all pictures inside the block by ``printing``."""
-    return _in_context(_PRINTING, printing)
+    return _override_context(_PRINTING, printing)
 
 
-def present() -> Printing:
+def current_printing() -> Printing:
     """Printing of the current block."""
     return _PRINTING.get()
 
 
-def printing_of(formats: str | None, dpi: int | None) -> Printing:
+def parse_printing(formats: str | None, dpi: int | None) -> Printing:
     """Read ``formats``, such as "svg,pdf", and ``dpi``; raises :class:`InputError` for bad ones."""
     asked = [one.strip().lower() for one in (formats or "").split(",") if one.strip()]
     if unknown := [one for one in asked if one not in FORMATS]:
@@ -92,12 +92,12 @@ class Stamp:
 _STAMP: ContextVar[Stamp] = ContextVar("stamp", default=Stamp())  # noqa: B039 - a stamp does not change
 
 
-def stamped(stamp: Stamp) -> AbstractContextManager[None]:
+def use_stamp(stamp: Stamp) -> AbstractContextManager[None]:
     """Put ``stamp`` on all pictures that are written inside the block."""
-    return _in_context(_STAMP, stamp)
+    return _override_context(_STAMP, stamp)
 
 
-def lines_of(stamp: Stamp, width: float) -> list[tuple[str, str]]:
+def stamp_lines(stamp: Stamp, width: float) -> list[tuple[str, str]]:
     """Lines of text with colours for a picture ``width`` [inch] wide, with version and date."""
     letters = int((width - 2.0 * MARGIN) * 72.0 / (WIDE * LETTER))
     today = datetime.now(UTC).date().isoformat()
@@ -124,7 +124,7 @@ def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:
 
     above = _pixels(figure, dpi)
     width = above.shape[1] / dpi
-    lines = lines_of(_STAMP.get(), width)
+    lines = stamp_lines(_STAMP.get(), width)
     step = LETTER * LINE / 72.0
     strip = Figure(figsize=(width, ABOVE + step * len(lines) + BELOW), dpi=dpi, facecolor="white")
     FigureCanvasAgg(strip)
@@ -137,12 +137,12 @@ def with_stamp(figure: "Figure", dpi: int) -> np.ndarray:
 
 
 @contextmanager
-def below(figure: "Figure") -> Iterator["Bbox"]:
+def draw_stamp_below(figure: "Figure") -> Iterator["Bbox"]:
     """Put the current stamp below ``figure`` while it is written; gives the page [inch] with both."""
     from matplotlib.transforms import Bbox
 
     width, high = figure.get_size_inches()
-    lines = lines_of(_STAMP.get(), width)
+    lines = stamp_lines(_STAMP.get(), width)
     step = LETTER * LINE / 72.0
     texts = [
         figure.text(MARGIN / width, -(ABOVE + k * step) / high, line, fontsize=LETTER, color=colour, va="top")
@@ -191,7 +191,7 @@ def new_figure(width: float, height: float) -> "Figure":
     return figure
 
 
-def dress(axes: "Axes") -> None:
+def style_axes(axes: "Axes") -> None:
     """Draw a light grid behind the data, and no frame at the top."""
     axes.grid(True, color="#e4e7ea", linewidth=0.8)
     axes.set_axisbelow(True)
@@ -201,7 +201,7 @@ def dress(axes: "Axes") -> None:
 def save(figure: "Figure", path: Path) -> None:
     """Write the figure with its stamp as PNG and in the requested formats; raises :class:`ResourceError`."""
     write_atomic(path, png(figure))
-    for form in present().formats:
+    for form in current_printing().formats:
         write_atomic(path.with_suffix(f".{form}"), vector(figure, form))
 
 
@@ -209,7 +209,7 @@ def png(figure: "Figure") -> bytes:
     """PNG of the figure with its stamp."""
     from matplotlib.image import imsave
 
-    buffer, dpi = io.BytesIO(), present().dpi
+    buffer, dpi = io.BytesIO(), current_printing().dpi
     imsave(buffer, with_stamp(figure, dpi), format="png", dpi=dpi, metadata={"Software": "knittest"})
     return buffer.getvalue()
 
@@ -223,6 +223,6 @@ def vector(figure: "Figure", form: str) -> bytes:
         field: Any = one
         field.set_rasterized(max(len(field.get_paths()), len(field.get_offsets())) > MANY)
     buffer = io.BytesIO()
-    with rc_context(_VECTOR), below(figure) as page:
-        figure.savefig(buffer, format=form, bbox_inches=page, dpi=present().dpi, metadata=_UNDATED[form])
+    with rc_context(_VECTOR), draw_stamp_below(figure) as page:
+        figure.savefig(buffer, format=form, bbox_inches=page, dpi=current_printing().dpi, metadata=_UNDATED[form])
     return buffer.getvalue()

@@ -91,7 +91,7 @@ def make_folder(path: Path) -> None:
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replace_file(path: Path) -> Iterator[Path]:
     """Give a temporary file in the folder of ``path``, which is synced and replaces ``path`` on success.
 
     After an error the old ``path`` remains and the temporary file is gone; raises :class:`ResourceError` for errors of
@@ -113,7 +113,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 def write_atomic(path: Path, data: bytes | str) -> None:
     """Write ``data`` (text as UTF-8) to ``path`` whole or not at all."""
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         temporary.write_bytes(data.encode() if isinstance(data, str) else data)
 
 
@@ -131,11 +131,11 @@ COLUMNS = ["variant", "direction", "quantity", "mean", "sd", "n", "unit", "table
 
 
 def variants(folder: Path) -> list[str]:
-    """Variants in the tables of ``folder``; raises as :func:`tidy_rows` does."""
-    return sorted({row["variant"] for _, _, row in tidy_rows(folder)})
+    """Variants in the tables of ``folder``; raises as :func:`read_tidy_rows` does."""
+    return sorted({row["variant"] for _, _, row in read_tidy_rows(folder)})
 
 
-def tidy_rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
+def read_tidy_rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
     """File, line and cells of every row in all tables of ``folder``; raises :class:`InputError` for bad tables."""
     files = sorted(folder.glob("*.csv"))
     if not files:

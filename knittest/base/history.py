@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.summary import Unjudged, Value
+from knittest.base.summary import UncheckedPeaks, Value
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ CREEPS = ": loop tension and forces of crossings are accurate to about 10 %, for
 
 
 @dataclass(frozen=True)
-class Rest:
+class InitialEquilibrium:
     """Initial equilibrium of yarns: mean axial force [N] of the knitting yarn, thickness [mm] over the yarn surfaces,
     residual imbalance over contact forces [-] (nan if not computed), mean normal force [N] of touching crossings by
     kind, and smallest loop wrap ratio [-] (nan if unknown).
@@ -65,7 +65,9 @@ class Rest:
         return f"loop wrap ratio {self.wrap:.3g}: {RESCUED}{REMEDY}" if self.wrap < UNIQUE else ""
 
 
-def rest_numbers(rest: Rest, kc: float, ks: float, draw_in: float | None = None) -> dict[str, float]:
+def equilibrium_numbers(
+    rest: InitialEquilibrium, kc: float, ks: float, draw_in: float | None = None
+) -> dict[str, float]:
     """Numbers of ``rest`` by name with unit, with Munden's constants and the loop shortening ``draw_in`` [-]."""
     drawn = {} if draw_in is None else {"draw_in_pct": 100.0 * draw_in}
     return drawn | {
@@ -79,14 +81,14 @@ def rest_numbers(rest: Rest, kc: float, ks: float, draw_in: float | None = None)
     }
 
 
-def of_all(specimens: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
+def with_common_names(specimens: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
     """Numbers of ``specimens`` with the same names in all; a kind of crossing without contact has 0 N."""
     names = dict.fromkeys(name for one in specimens for name in one)
     return [{name: one.get(name, 0.0 if name.startswith(FORCE) else math.nan) for name in names} for one in specimens]
 
 
-def rest_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
-    """Label and text of each of ``numbers`` of :func:`rest_numbers`, single or with their spread."""
+def equilibrium_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
+    """Label and text of each of ``numbers`` of :func:`equilibrium_numbers`, single or with their spread."""
     means = {name: _mean(value) for name, value in numbers.items()}
     found = []
     for name, (label, text) in NUMBERS.items():
@@ -98,7 +100,7 @@ def rest_rows(numbers: Mapping[str, Value]) -> list[tuple[str, str]]:
     return found
 
 
-def rest_line(numbers: Mapping[str, Value]) -> str:
+def equilibrium_line(numbers: Mapping[str, Value]) -> str:
     """Line of a terminal on the initial equilibrium: thickness and loop tension, with their accuracy."""
     means = {name: _mean(value) for name, value in numbers.items()}
     residual = means["out_of_balance_pct"]
@@ -180,11 +182,11 @@ class Body:
         turned = self.points if self.turn is None else self.points @ self.turn[frame].T
         return np.asarray(turned + self.offset[frame])
 
-    def at_frames(self, numbers: NDArray[np.int64]) -> "Body":
+    def select_frames(self, numbers: NDArray[np.int64]) -> "Body":
         """Body at the frames ``numbers`` only."""
         return replace(self, offset=self.offset[numbers], turn=None if self.turn is None else self.turn[numbers])
 
-    def between(self, before: int, after: int, share: float) -> "Body":
+    def interpolate(self, before: int, after: int, share: float) -> "Body":
         """Body at one time, a ``share`` of the way from frame ``before`` to frame ``after``."""
 
         def mixed(values: Array) -> Array:
@@ -235,10 +237,10 @@ class History:
     tool_force: Array = field(default_factory=lambda: np.zeros((0, 0)))
     overlaps: Overlaps = field(default_factory=Overlaps)
     peak: int | None = None
-    rest: Rest | None = None
+    rest: InitialEquilibrium | None = None
 
     @property
-    def at_peak(self) -> Frame:
+    def peak_frame(self) -> Frame:
         """Frame at the largest force."""
         return self.frames[self.peak] if self.peak is not None else max(self.frames, key=lambda frame: frame.force)
 
@@ -268,11 +270,11 @@ class Quality:
     beyond_law: float = 0.0
     drag_over_weight: float = 0.0
 
-    def refusing(self, reason: str) -> "Quality":
+    def with_failed_check(self, reason: str) -> "Quality":
         """Quality with one more failed check."""
         return replace(self, failures=(*self.failures, reason))
 
-    def warning(self, *texts: str) -> "Quality":
+    def with_warnings(self, *texts: str) -> "Quality":
         """Quality with more warnings."""
         return replace(self, warnings=(*self.warnings, *texts))
 
@@ -305,7 +307,7 @@ class Specimen:
     rest: dict[str, float] = field(default_factory=dict)
 
 
-def judged_rows(history: History, *, to_failure: bool = True, reported_from: float = np.inf) -> slice:
+def checked_rows(history: History, *, to_failure: bool = True, reported_from: float = np.inf) -> slice:
     """Rows of the energies from the end of start-up to the first failure, or not ``to_failure`` to the end.
 
     Start-up ends at a share of the largest work, but not after the first reported number, ``reported_from`` [ms].
@@ -319,7 +321,7 @@ def judged_rows(history: History, *, to_failure: bool = True, reported_from: flo
     return slice(start, max(end, start + 1))
 
 
-def peaks_beyond(histories: Sequence[History], coordinate: str, peaks: Sequence[float]) -> Unjudged | None:
+def peaks_after_failure(histories: Sequence[History], coordinate: str, peaks: Sequence[float]) -> UncheckedPeaks | None:
     """Specimens whose peak force, at ``peaks`` [%] of ``coordinate``, follows the first failure; None without any."""
     failures = [
         np.interp(h.energies["time_ms"][h.first_failure], h.curve["time_ms"], h.curve[coordinate])
@@ -333,11 +335,11 @@ def peaks_beyond(histories: Sequence[History], coordinate: str, peaks: Sequence[
     return {"specimens": len(histories), "first_failure_pct": list(first), "peak_pct": list(last)}
 
 
-def unjudged_note(found: Mapping[str, object] | None) -> str:
+def unchecked_peak_note(found: Mapping[str, object] | None) -> str:
     """Note on ``unjudged`` of summary.json; empty without it, and if both strains agree to two digits."""
     if not found:
         return ""
-    first, peak = (_range(found.get(name)) for name in ("first_failure_pct", "peak_pct"))
+    first, peak = (_range_text(found.get(name)) for name in ("first_failure_pct", "peak_pct"))
     if not first or not peak or first == peak:
         return ""
     count, of = len(found["peak_pct"]), found["specimens"]  # type: ignore[arg-type]
@@ -348,7 +350,7 @@ def unjudged_note(found: Mapping[str, object] | None) -> str:
     )
 
 
-def _range(values: object) -> str:
+def _range_text(values: object) -> str:
     """Text such as ``0.85`` of one number, ``0.80 to 0.92`` of several."""
     if not isinstance(values, Sequence) or not values:
         return ""

@@ -22,7 +22,7 @@ class Interrupted(KeyboardInterrupt):
     folder: Path | None = None
 
 
-class UntilSaved:
+class ProcessSignalHandler:
     """Handler of a whole process: a signal stops it, unless its run was stopped and is already saved."""
 
     def __init__(self) -> None:
@@ -58,12 +58,12 @@ class Interrupts:
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._before.items():
-            if self.asked and isinstance(handler, UntilSaved):
+            if self.asked and isinstance(handler, ProcessSignalHandler):
                 handler.saved = True
             signal.signal(number, handler)
 
     @contextmanager
-    def held(self, when: Callable[[], bool]) -> Iterator[None]:
+    def hold_signals(self, when: Callable[[], bool]) -> Iterator[None]:
         """Only note signals inside the block while ``when`` is true; the block calls :meth:`check` to stop."""
         before, self._held = self._held, when
         try:
@@ -72,14 +72,14 @@ class Interrupts:
             self._held = before
 
     @contextmanager
-    def heard(self) -> Iterator[None]:
+    def allow_signals(self) -> Iterator[None]:
         """Let signals stop this block inside one that holds them; also a signal that was noted before."""
-        with self.held(when=lambda: False):
+        with self.hold_signals(when=lambda: False):
             self.check()
             yield
 
     @contextmanager
-    def deciding(self) -> Iterator[None]:
+    def translate_errors(self) -> Iterator[None]:
         """Raise :class:`Interrupted` for an error that a library made of a signal."""
         try:
             yield

@@ -21,7 +21,7 @@ from knittest.base.files import PACKAGE
 
 
 @dataclass(frozen=True)
-class Regressed:
+class RegressionRuns:
     """Runs of a regression: ``specimens`` (variant, direction or None) with ``sets`` under ``label``.
 
     ``parameters`` is the parameter set, None for the default. Runs start by ``rank``, expensive ones first.
@@ -49,7 +49,7 @@ class Regression:
 
     rows: tuple[str, ...] = ()
     sets: tuple[str, ...] = ()
-    runs: tuple[Regressed, ...] = ()
+    runs: tuple[RegressionRuns, ...] = ()
     drift: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
     buckled: tuple[str, ...] = ()
     crests: tuple[str, ...] = ()
@@ -103,7 +103,7 @@ class TestKind:
     study: str = ""
     #: field of a run that ends the test at a shear angle [deg]
     sheared_to: str = ""
-    #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.records.Ending`)
+    #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.records.EndSetting`)
     ending: str = ""
     #: place of the force in its deck for another solver; empty: it has no deck
     deck_force: str = ""
@@ -197,14 +197,14 @@ def kinds() -> Mapping[str, TestKind]:
 
 def _entries() -> Iterator[EntryPoint]:
     """Entry points of all tests; those of a checkout are read from its pyproject.toml, not from its installation."""
-    own = _of_checkout(PACKAGE.parent / "pyproject.toml")
+    own = _checkout_entries(PACKAGE.parent / "pyproject.toml")
     yield from own
     for entry in entry_points(group=GROUP):
         if not own or entry.dist is None or entry.dist.name != PACKAGE.name:
             yield entry
 
 
-def _of_checkout(path: Path) -> list[EntryPoint]:
+def _checkout_entries(path: Path) -> list[EntryPoint]:
     """Entry points of tests in the pyproject.toml of a checkout at ``path``; none without a checkout."""
     if not path.is_file():
         return []
@@ -269,32 +269,32 @@ class Parts(Mapping[str, T]):
         return self._made[name]
 
     def __contains__(self, name: object) -> bool:
-        return name in names(self._part)
+        return name in test_names(self._part)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(names(self._part))
+        return iter(test_names(self._part))
 
     def __len__(self) -> int:
-        return len(names(self._part))
+        return len(test_names(self._part))
 
 
-class Joined(Mapping[str, T]):
+class JoinedParts(Mapping[str, T]):
     """Joined mappings ``part`` of all records; raises :class:`InputError` if two tests contradict each other."""
 
     def __init__(self, part: str, more: Mapping[str, T] = _NONE) -> None:
         self._part, self._more = part, more
 
     def __getitem__(self, name: str) -> T:
-        return self._all[name]
+        return self._merged[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._all)
+        return iter(self._merged)
 
     def __len__(self) -> int:
-        return len(self._all)
+        return len(self._merged)
 
     @cached_property
-    def _all(self) -> dict[str, T]:
+    def _merged(self) -> dict[str, T]:
         found = dict(self._more)
         for kind in kinds().values():
             for name, value in getattr(kind, self._part).items():
@@ -306,11 +306,11 @@ class Joined(Mapping[str, T]):
         return found
 
 
-def listed(part: str) -> tuple[str, ...]:
+def list_part(part: str) -> tuple[str, ...]:
     """Entries of the tuples ``part`` of all records, each once."""
     return tuple(dict.fromkeys(name for kind in kinds().values() for name in getattr(kind, part)))
 
 
-def names(part: str = "") -> list[str]:
+def test_names(part: str = "") -> list[str]:
     """Names of the tests; only those whose record has a ``part``, if named."""
     return [name for name, kind in kinds().items() if not part or getattr(kind, part)]

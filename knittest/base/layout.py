@@ -20,7 +20,7 @@ def width_of(stream: TextIO) -> int | None:
     return None
 
 
-def wrapped(line: str, width: int | None) -> list[str]:
+def wrap_line(line: str, width: int | None) -> list[str]:
     """Wrap ``line`` to ``width``, further lines indented; a longer word stays whole."""
     if width is None or len(line) <= width:
         return [line]
@@ -38,7 +38,7 @@ def table(
     return [[indent + line for line in _row_lines(row, widths, right, gap)] for row in rows]
 
 
-def nearest(path: Path | str) -> str:
+def shorten_path(path: Path | str) -> str:
     """Path relative to the working directory, if that is shorter."""
     text = str(path)
     try:
@@ -53,7 +53,7 @@ def _widths(rows: Sequence[Sequence[str]], width: int | None) -> tuple[str, list
     columns = list(zip(*rows, strict=True))
     natural = [max(map(len, column)) for column in columns]
     words = [max((len(word) for cell in column for word in cell.split()), default=0) for column in columns]
-    parts = [max(map(len, _parts(" ".join(column))), default=0) for column in columns]
+    parts = [max(map(len, _split_cell(" ".join(column))), default=0) for column in columns]
     for least in (words, parts):
         for gap in ("  ", " "):
             found = list(natural)
@@ -67,7 +67,7 @@ def _widths(rows: Sequence[Sequence[str]], width: int | None) -> tuple[str, list
     return " ", parts
 
 
-def _parts(cell: str) -> list[str]:
+def _split_cell(cell: str) -> list[str]:
     return [part for word in cell.split() for part in _JOINTS.split(word)]
 
 

@@ -19,7 +19,7 @@ def processor_ticks(stat: Path = STAT) -> tuple[int, int] | None:
     return (ticks[7], sum(ticks)) if name == "cpu" and len(ticks) == 8 else None
 
 
-def taken_share(before: tuple[int, int] | None, after: tuple[int, int] | None) -> float | None:
+def steal_share(before: tuple[int, int] | None, after: tuple[int, int] | None) -> float | None:
     """Share of processor time that the host took between two readings; None if unknown."""
     if before is None or after is None or after[1] <= before[1]:
         return None
@@ -33,7 +33,7 @@ _PASSWORD = re.compile(r"(://[^:/\s@]*:)[^@\s]*@")
 _IN_QUERY = re.compile(r"([?&][^=&\s]*(?:pass|pwd|secret|token|key)[^=&\s]*=)[^&\s'\"]*", re.IGNORECASE)
 
 
-def without_passwords(text: str) -> str:
+def hide_passwords(text: str) -> str:
     """Replace the password of every URL in ``text``, also in its query, by :data:`HIDDEN`."""
     return _IN_QUERY.sub(rf"\g<1>{HIDDEN}", _PASSWORD.sub(rf"\g<1>{HIDDEN}@", text))
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Generic, Self, TextIO, TypeVar
 
 
-def in_notebook() -> bool:
+def is_in_notebook() -> bool:
     """Tell whether the kernel of a notebook runs this code."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     return shell is not None and "IPKernelApp" in shell.config
@@ -57,7 +57,7 @@ class Status:
         eta, failure, *rest = self._parts()
         return "  ".join(filter(None, [eta + failure, *rest]))
 
-    def fitting(self, room: int) -> str:
+    def text_within(self, room: int) -> str:
         """:meth:`text` within ``room`` columns: what matters least is left out first, the time left never."""
         eta, failure, *rest = self._parts()
         for kept in (rest, rest[:2], rest[:1], []):
@@ -100,7 +100,7 @@ class Display:
 
 def display_on(stream: TextIO | None, interval: float) -> Display | None:
     """Display on ``stream`` (standard error, or the cell of a notebook), None where there is nothing to write on."""
-    if stream is None and in_notebook():
+    if stream is None and is_in_notebook():
         return _Cell()
     stream = stream or sys.stderr
     if stream is None:
@@ -167,7 +167,7 @@ class _Bar(Display):
 
     def show(self, text: str, status: Status) -> None:
         self._bar.start()
-        name, self._drawn.bar_width, rest = fitted(text, status, self._console.width)
+        name, self._drawn.bar_width, rest = fit_line(text, status, self._console.width)
         self._bar.update(
             self._task, description=name, total=1.0, completed=status.fraction, status=rest, visible=True,
             share=f"{status.fraction * 100:3.0f} %",
@@ -184,10 +184,10 @@ class _Bar(Display):
         self._bar.stop()
 
 
-def fitted(text: str, status: Status, width: int) -> tuple[str, int, str]:
+def fit_line(text: str, status: Status, width: int) -> tuple[str, int, str]:
     """Name, bar columns and status of a phase within ``width``; a narrow line shortens bar, status, then name."""
     room = width - SHARE - len(text)
-    shown = status.fitting(room - SHORTEST)
+    shown = status.text_within(room - SHORTEST)
     bar = max(SHORTEST, min(LONGEST, room - len(shown)))
     most = width - SHARE - bar - len(shown)
     return (text if len(text) <= most else f"{text[: max(most - 1, 0)]}…"), bar, shown
@@ -216,7 +216,7 @@ class OnDisplay(Generic[D]):
 
     _display: D | None = None
 
-    def _safely(self, act: Callable[[D], None]) -> None:
+    def _try_on_display(self, act: Callable[[D], None]) -> None:
         if self._display is None:
             return
         try:
@@ -252,7 +252,7 @@ class Progress(OnDisplay[Display]):
         self._end_phase()
         self._phase, self._began, self._first, self._shown = text, self._clock(), None, -math.inf
         self._last, self._until_failure = None, until_failure
-        self._safely(lambda display: display.begin(text))
+        self._try_on_display(lambda display: display.begin(text))
 
     def update(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
         """Report the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work (or nan)."""
@@ -264,21 +264,21 @@ class Progress(OnDisplay[Display]):
         if self._display is None or now - self._shown < self._display.interval:
             return
         self._shown = now
-        self._safely(lambda display: display.show(self._phase or "running", status))
+        self._try_on_display(lambda display: display.show(self._phase or "running", status))
 
-    def ended(self, text: str, seconds: float) -> None:
+    def report_done(self, text: str, seconds: float) -> None:
         """Report that ``text``, in another process, took ``seconds``; it ends a phase that waited for it."""
         self._phase = None
         self.say(f"{text}: done in {seconds:.1f} s")
 
     def say(self, text: str) -> None:
         """Write the line ``text``, in or between phases."""
-        self._safely(lambda display: display.say(text))
+        self._try_on_display(lambda display: display.say(text))
 
-    def done(self) -> None:
+    def finish(self) -> None:
         """End the last phase and remove the bar."""
         self._end_phase()
-        self._safely(lambda display: display.close())
+        self._try_on_display(lambda display: display.close())
 
     def __enter__(self) -> Self:
         return self
@@ -286,7 +286,7 @@ class Progress(OnDisplay[Display]):
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is not None:
             self._phase = None  # it did not end, so it is not reported as ended
-        self.done()
+        self.finish()
 
     def _end_phase(self) -> None:
         if self._phase is not None:
@@ -294,8 +294,8 @@ class Progress(OnDisplay[Display]):
             self._phase = None
             if self._last is not None and self._last.fraction < 1.0:  # the end of the test is 100 %, wherever it is
                 whole = replace(self._last, fraction=1.0, eta_s=0.0)
-                self._safely(lambda display: display.show(text, whole))
-            self._safely(lambda display: display.end())
+                self._try_on_display(lambda display: display.show(text, whole))
+            self._try_on_display(lambda display: display.end())
             self.say(f"{text}: done in {seconds:.1f} s")
 
     def _eta(self, now: float, fraction: float) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import cast
 
-from knittest.base.kinds import Joined
+from knittest.base.kinds import JoinedParts
 from knittest.base.summary import ComparisonRow, Spread, Summary, Value
 
 #: confidence level of the interval of a mean
@@ -31,9 +31,9 @@ def mean_error(value: Value) -> float:
 
 
 #: label and format of a result
-LABELS: Mapping[str, tuple[str, str]] = Joined("labels")
+LABELS: Mapping[str, tuple[str, str]] = JoinedParts("labels")
 #: results that grow with the specimen, and the same per size
-SIZED: Mapping[str, str] = Joined("sized")
+SIZED: Mapping[str, str] = JoinedParts("sized")
 #: meaning of the kinds of rows
 KINDS = {
     "tuned": "tuned: a model parameter was fitted to or chosen by this value, so the agreement validates nothing",
@@ -60,7 +60,7 @@ GIVEN = "given"
 SIDE_BY_SIDE = 2
 
 
-def folded(results: Mapping[str, object]) -> dict[str, object]:
+def fold_results(results: Mapping[str, object]) -> dict[str, object]:
     """Results as in summary.json: ``name.key`` becomes the map ``name`` with ``key``."""
     whole, maps = dict[str, object](), dict[str, dict[str, object]]()
     for quantity, value in results.items():
@@ -73,8 +73,8 @@ def folded(results: Mapping[str, object]) -> dict[str, object]:
     return whole
 
 
-def unfolded(results: Mapping[str, object]) -> dict[str, Value]:
-    """Inverse of :func:`folded`: a number, or mean, sd and values of an ensemble, for each ``name.key``."""
+def unfold_results(results: Mapping[str, object]) -> dict[str, Value]:
+    """Inverse of :func:`fold_results`: a number, or mean, sd and values of an ensemble, for each ``name.key``."""
     flat = dict[str, object]()
     for name, value in results.items():
         if isinstance(value, Mapping) and "values" not in value:
@@ -96,7 +96,7 @@ def spread_of(values: Sequence[float]) -> Spread:
     return Spread(mean=statistics.fmean(values), sd=sd, values=list(values))
 
 
-def of_nominal_size(value: Value, factors: Sequence[float]) -> Value:
+def to_nominal_size(value: Value, factors: Sequence[float]) -> Value:
     """Convert the result ``value`` to the nominal size, each specimen by its own of ``factors``."""
     if not factors or value is None:
         return value
@@ -135,15 +135,15 @@ class ResultRow:
     error: float | None = None
 
     @property
-    def on_assumed(self) -> str:
+    def assumed_note(self) -> str:
         """Note such as ``on 2 assumed inputs`` on a prediction that depends on some, else empty."""
         count = len(self.assumed)
         return ON_ASSUMED.format(count, "s" * (count > 1)) if self.kind == "predicted" and count else ""
 
     @property
-    def kind_told(self) -> str:
+    def kind_text(self) -> str:
         """Kind, with the number of assumed inputs of a prediction."""
-        return f"{self.kind}, {self.on_assumed}" if self.on_assumed else self.kind
+        return f"{self.kind}, {self.assumed_note}" if self.assumed_note else self.kind
 
 
 def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> list[ResultRow]:
@@ -151,10 +151,10 @@ def result_rows(summary: Summary, plus_minus: str = "±", *, refused: bool) -> l
     compared = {row["quantity"]: row for row in summary["comparison"]}
     alone, errors = summary.get("kinds") or {}, summary.get("numerical_error") or {}
     rows = []
-    for quantity, value in unfolded(summary["results"]).items():
+    for quantity, value in unfold_results(summary["results"]).items():
         label, form = LABELS.get(quantity, (quantity.replace("_", " "), "{:.4g}"))
         factors = (compared[quantity].get("factors") or ()) if quantity in compared and not refused else ()
-        value, error = of_nominal_size(value, factors), errors[quantity].get("error") if quantity in errors else None
+        value, error = to_nominal_size(value, factors), errors[quantity].get("error") if quantity in errors else None
         error = None if error is None else mean_factor(factors) * error
         tail = _evaluate_row(compared.get(quantity), form, plus_minus, error, mean_error(value), refused=refused)
         if quantity in alone and not refused:
@@ -183,11 +183,11 @@ def error_text(error: float, form: str) -> str:
 def _simulated_text(value: Value, form: str, plus_minus: str, error: float | None = None) -> str:
     """Text of a number with its numerical ``error``; of an ensemble mean, count and sd, or the values of a few."""
     if not isinstance(value, Mapping):
-        return _number(value, form) + ("" if error is None else f" {plus_minus} {error_text(error, form)}")
-    mean, sd, count = _number(value["mean"], form), _number(value["sd"], form), len(value["values"])
+        return _number_text(value, form) + ("" if error is None else f" {plus_minus} {error_text(error, form)}")
+    mean, sd, count = _number_text(value["mean"], form), _number_text(value["sd"], form), len(value["values"])
     tail = "" if error is None else f", numerical {plus_minus} {error_text(error, form)}"
     if count <= SIDE_BY_SIDE:
-        return f"{mean} (n {count}: {', '.join(_number(v, form) for v in value['values'])}){tail}"
+        return f"{mean} (n {count}: {', '.join(_number_text(v, form) for v in value['values'])}){tail}"
     return f"{mean} {plus_minus} {sd} (n {count}){tail}"
 
 
@@ -200,10 +200,10 @@ def _evaluate_row(
     if row is None:
         return "-", "-", "-", NO_REFERENCE
     error = None if numerical is None and sampling == 0.0 else (numerical or 0.0) + sampling
-    mean, deviation = _number(row["experiment_mean"], form), row["deviation_sd"]
+    mean, deviation = _number_text(row["experiment_mean"], form), row["deviation_sd"]
     scaled = f" ({row['scaled']})" if row.get("scaled") else ""
     if row.get("given"):
-        return _experiment(row, form, plus_minus) + scaled, "-", row["kind"], GIVEN
+        return _experiment_text(row, form, plus_minus) + scaled, "-", row["kind"], GIVEN
     if deviation is None or not math.isfinite(deviation):
         percent = _percent_text(row.get("simulated"), row["experiment_mean"], error, plus_minus)
         return mean + scaled, percent or "-", row["kind"], UNSCATTERED if percent else "not comparable"
@@ -213,14 +213,14 @@ def _evaluate_row(
     verdict = verdict_of(deviation, 0.0 if row["kind"] == "input" else share)
     if verdict == UNRESOLVED and verdict_of(deviation, (numerical or 0.0) / row["experiment_sd"]) != UNRESOLVED:
         verdict = FEW
-    return _experiment(row, form, plus_minus) + scaled, f"{deviation:+.2f}{tail} sd", row["kind"], verdict
+    return _experiment_text(row, form, plus_minus) + scaled, f"{deviation:+.2f}{tail} sd", row["kind"], verdict
 
 
-def _experiment(row: ComparisonRow, form: str, plus_minus: str) -> str:
+def _experiment_text(row: ComparisonRow, form: str, plus_minus: str) -> str:
     """Mean of the experiment, with sd if it has one."""
     sd = row.get("experiment_sd")
-    scatter = f" {plus_minus} {_number(sd, form)}" if sd and math.isfinite(sd) else ""
-    return _number(row["experiment_mean"], form) + scatter
+    scatter = f" {plus_minus} {_number_text(sd, form)}" if sd and math.isfinite(sd) else ""
+    return _number_text(row["experiment_mean"], form) + scatter
 
 
 #: largest number that is rounding
@@ -242,7 +242,7 @@ def _percent_text(simulated: float | None, mean: float | None, error: float | No
     return f"{100.0 * (simulated / mean - 1.0):+.1f}{tail} %"
 
 
-def _number(value: float | None, form: str) -> str:
+def _number_text(value: float | None, form: str) -> str:
     """Text of ``value`` by the format of its quantity, or with two digits if that shows fewer of a small number."""
     if value is None or not math.isfinite(value):
         return "-"

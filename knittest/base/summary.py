@@ -98,7 +98,7 @@ class Verification(TypedDict):
     mesh: NotRequired[RepeatBlock]
 
 
-class Unjudged(TypedDict):
+class UncheckedPeaks(TypedDict):
     """Strains [%] at first failure and at peak force, of ``specimens`` whose peak force comes later."""
 
     specimens: int
@@ -107,7 +107,7 @@ class Unjudged(TypedDict):
 
 
 class Summary(TypedDict):
-    """Contents of summary.json; ``results`` are folded (:func:`knittest.base.result_rows.folded`).
+    """Contents of summary.json; ``results`` are folded (:func:`knittest.base.result_rows.fold_results`).
 
     ``kinds`` are those of results without reference, ``assumed`` the assumed inputs of the results (not in older runs).
     ``rest`` is the initial equilibrium of a meso test, folded; ``unjudged`` are peaks without quality checks (see
@@ -129,6 +129,6 @@ class Summary(TypedDict):
     warnings: list[str]
     limits: list[Limit]
     rest: NotRequired[dict[str, object]]
-    unjudged: NotRequired[Unjudged]
+    unjudged: NotRequired[UncheckedPeaks]
     numerical_error: NotRequired[dict[str, NumericalError]]
     verification: NotRequired[Verification]

@@ -84,7 +84,7 @@ def ratios(other: str, *units: str) -> dict[str, float]:
     return {unit: ratio(unit, other) for unit in (other, *units)}
 
 
-def plainly(text: str) -> str:
+def to_plain_letters(text: str) -> str:
     """``text`` with plain letters for micro signs and powers.
 
     >>> plainly("µm/mm²")
@@ -93,7 +93,7 @@ def plainly(text: str) -> str:
     return text.translate(_PLAIN)
 
 
-def rounded_down(value: float) -> float:
+def round_down(value: float) -> float:
     """``value`` above 0 with two digits, never more than it is."""
     place = 10.0 ** (floor(log10(value)) - 1)
     return float(f"{floor(value / place * (1.0 + 1e-12)) * place:.3g}")

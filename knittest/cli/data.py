@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from knittest.base.kinds import names
+from knittest.base.kinds import test_names
 from knittest.cli.options import PATH, add_options
 
 
@@ -39,34 +39,36 @@ NUMBERS = (
 )
 
 
-def _choice(name: str, choices: list[str], text: str) -> Any:
+def _choice_option(name: str, choices: list[str], text: str) -> Any:
     return click.option(name, type=click.Choice(choices), help=text)
 
 
-_reading = add_options(
-    _choice("--test", names("laboratory"), "Kind of test; default tensile, unless a file looks like another one."),
+_reading_options = add_options(
+    _choice_option(
+        "--test", test_names("laboratory"), "Kind of test; default tensile, unless a file looks like another one."
+    ),
     *(
         click.option(name, type=float, help=f"{text} [{unit}], if the files do not state it.")
         for name, unit, text in NUMBERS
     ),
-    _choice("--sign", ["positive", "negative"], "Sign of a pull in the files; default positive."),
+    _choice_option("--sign", ["positive", "negative"], "Sign of a pull in the files; default positive."),
     click.option(
         "--zero", type=float,
         help="Origin, in the column's unit: travel or shear angle of the square frame (picture-frame); travel at which "
         "the free end begins to move (pull-out).",
     ),
-    _choice("--clamped", ["sides", "far"], "Clamped edges: both along the inlay, or the far one (pull-out)."),
-    _choice(
+    _choice_option("--clamped", ["sides", "far"], "Clamped edges: both along the inlay, or the far one (pull-out)."),
+    _choice_option(
         "--loading", ["first", "cycles"],
         "Evaluate the first loading only, or whole cycles; default: cycles if the files have any (picture-frame).",
     ),
-    _choice(
+    _choice_option(
         "--preload", ["subtract", "keep"], "Treatment of a force at the start (picture-frame, friction, pull-out)."
     ),
     click.option(
         "--faces", type=click.IntRange(1, 2), help="Strip faces in contact; default 2, between plates (friction)."
     ),
-    _choice("--decimal", [",", "."], "Decimal mark, if it cannot be detected."),
+    _choice_option("--decimal", [",", "."], "Decimal mark, if it cannot be detected."),
     click.option("--delimiter", help="Delimiter, if not ';', tab, ',' or blanks."),
     click.option("--columns", help="Meaning of each column in order, such as time,travel,force; - for none."),
     click.option(
@@ -77,8 +79,8 @@ _reading = add_options(
 
 
 @data.command("import")
-@_reading
-@_choice("--direction", ["warp", "weft"], "Yarn system along the strips (not for picture-frame).")
+@_reading_options
+@_choice_option("--direction", ["warp", "weft"], "Yarn system along the strips (not for picture-frame).")
 @click.option("--trust-direction", is_flag=True, help="Use --direction where a file names the other direction.")
 @click.option("--out", type=PATH, required=True, help="Folder of the experiment, for all tests.")
 def import_(
@@ -95,10 +97,10 @@ def import_(
 
     Example: knittest data import frame-*.csv --test picture-frame --frame-side 200 --fabric-side 180 --out data/mine
     """
-    from knittest.config.starting import FABRIC
-    from knittest.experiment.lab_tests import LAB_TESTS, read_files, stated_test
+    from knittest.config.templates import FABRIC
+    from knittest.experiment.lab_tests import LAB_TESTS, choose_test, read_files
 
-    test = stated_test(test, files, reading["delimiter"])
+    test = choose_test(test, files, reading["delimiter"])
     specimens = read_files(test, files, reading)
     lines = LAB_TESTS[test].lines(specimens)
     LAB_TESTS[test].write(specimens, out, direction, [f.name for f in files], trust_direction)
@@ -108,7 +110,7 @@ def import_(
 
 
 @data.command()
-@_reading
+@_reading_options
 def stats(test: str | None, files: tuple[Path, ...], **reading: Any) -> None:
     """Print the results of every specimen with mean and sd, such as the tensile peak force and its strain.
 
@@ -117,10 +119,10 @@ def stats(test: str | None, files: tuple[Path, ...], **reading: Any) -> None:
 
     Example: knittest data stats warp-*.csv --gauge-length 200
     """
-    from knittest.experiment.lab_tests import LAB_TESTS, read_files, stated_test
-    from knittest.runs.show import print_text
+    from knittest.experiment.lab_tests import LAB_TESTS, choose_test, read_files
+    from knittest.runs.terminal_output import print_text
 
-    test = stated_test(test, files, reading["delimiter"])
+    test = choose_test(test, files, reading["delimiter"])
     print_text(LAB_TESTS[test].lines(read_files(test, files, reading)))
 
 

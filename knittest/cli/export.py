@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from knittest.base.kinds import kinds
-from knittest.cli.options import FILE, FOLDER, PATH, describes_run, resolve_runs
+from knittest.cli.options import FILE, FOLDER, PATH, resolve_runs, with_run_options
 
 SHAPES = {"t": "T-shape", "hemisphere": "hemisphere", "stl": "STL files"}
 
@@ -17,7 +17,7 @@ def export() -> None:
 
 
 @export.command()
-@describes_run
+@with_run_options
 @click.option(
     "--out", type=FOLDER, default=Path("tools"), show_default=True,
     help="Folder for stamp.stl, die.stl, holder.stl and tools.png.",
@@ -29,7 +29,7 @@ def stl(out: Path, **chosen: Any) -> None:
 
     Example: knittest export stl --variant 1 --set rig.stamp.t.bar_length=140 --set rig.blank_holder_force=100
     """
-    from knittest.base.figure import Stamp, stamped
+    from knittest.base.figure import Stamp, use_stamp
     from knittest.laboratory.forming.pictures import tools_picture
     from knittest.laboratory.forming.tool_check import measured_tools, stroke_of, write_tools
     from knittest.laboratory.report_base import size_of
@@ -41,7 +41,7 @@ def stl(out: Path, **chosen: Any) -> None:
     paths = write_tools(tools, out)
     title = f"tools of forming, {SHAPES[rig.stamp.kind]}"
     facts = (f"for {run.fabric.name}, {thickness:g} mm thick", *size_of(run))
-    with stamped(Stamp(facts)):
+    with use_stamp(Stamp(facts)):
         tools_picture(out / "tools.png", tools, found.fit, stroke_of(run, thickness), title=title)
     for line in (*tools.notes, *found.lines, *paths, out / "tools.png"):
         click.echo(str(line))
@@ -57,7 +57,7 @@ def stl(out: Path, **chosen: Any) -> None:
     default=None,
     help="Direction of a strip.  [default: both]",
 )
-@describes_run
+@with_run_options
 @click.option(
     "--format", "form", type=click.Choice(["ls-dyna", "abaqus"]), default="ls-dyna", show_default=True,
     help="ls-dyna: the whole model; abaqus: the mesh only.",
@@ -75,11 +75,11 @@ def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) 
     """
     from knittest.base.files import make_folder
     from knittest.export.meshes import write_abaqus
-    from knittest.runs.deck.write import write_deck
+    from knittest.runs.deck.deck_file import write_deck
     from knittest.runs.specimen import prepare
-    from knittest.studies.homogenise.yarn_card import with_cards
+    from knittest.studies.homogenise.derived_card import complete_cards
 
-    runs = with_cards(resolve_runs(test, direction, chosen))
+    runs = complete_cards(resolve_runs(test, direction, chosen))
     make_folder(out)
     for run in runs:
         prepared, missing = prepare(run), []

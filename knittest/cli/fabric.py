@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 #: options that choose a fabric
-_which_fabric = add_options(
+_fabric_options = add_options(
     VARIANT,
     FABRIC,
     PARAMETERS,
@@ -28,7 +28,7 @@ def fabric() -> None:
 
 
 @fabric.command()
-@_which_fabric
+@_fabric_options
 def relax(**which: Any) -> None:
     """Relax one cell of the fabric, check its interlacing and store it for the simulations.
 
@@ -59,26 +59,26 @@ def relax(**which: Any) -> None:
 
 
 @fabric.command()
-@_which_fabric
+@_fabric_options
 @click.option("--out", type=FILE, default=Path("fabric.png"), show_default=True)
 def show(out: Path, **which: Any) -> None:
     """Draw 4 x 4 cells: technical face, technical back and an oblique view (PNG).
 
     Example: knittest fabric show --variant 2 --out variant2.png
     """
-    from knittest.base.figure import Stamp, stamped
+    from knittest.base.figure import Stamp, use_stamp
     from knittest.export.yarn_pictures import cell_picture
 
     run, cell, _ = _relax(**which)
     name, size = run.fabric.name, f"4 x 4 cells of {cell.spec.wale:.3f} x {cell.spec.course:.3f} mm"
     loops = f"loop length {cell.spec.loop_length:g} mm"
-    with stamped(Stamp((name, f"parameters {run.parameters}", size, loops))):
+    with use_stamp(Stamp((name, f"parameters {run.parameters}", size, loops))):
         cell_picture(out, cell, name)
     click.echo(str(out))
 
 
 @fabric.command()
-@_which_fabric
+@_fabric_options
 @click.argument("file", type=FILE)
 @click.option("--wales", type=click.IntRange(1, 500), default=4, show_default=True, help="Cells across the wales.")
 @click.option("--courses", type=click.IntRange(1, 500), default=4, show_default=True, help="Cells along the wales.")
@@ -96,20 +96,20 @@ def export(file: Path, wales: int, courses: int, **which: Any) -> None:
 
 def _equilibrium_rows(run: "Run") -> list[tuple[str, str]]:
     """Initial equilibrium of the cell under the contact law of runs, where the fabric states one."""
-    if not run.fabric.knitting.settled:
+    if not run.fabric.knitting.starts_relaxed:
         return []
-    from knittest.base.history import rest_numbers, rest_rows
+    from knittest.base.history import equilibrium_numbers, equilibrium_rows
     from knittest.fabric.cell import CellSpec, Munden
-    from knittest.solve.settled_cell import cell_curl, settled_cell, with_draw_in
+    from knittest.solve.relaxed_cell import cell_curl, relaxed_contact_cell, with_loop_shortening
 
     click.echo("computing the initial equilibrium of the cell", err=True)
-    found = settled_cell(run)
-    curls = cell_curl(with_draw_in(run))
+    found = relaxed_contact_cell(run)
+    curls = cell_curl(with_loop_shortening(run))
     munden = Munden.of(CellSpec.of(run.fabric), found.draw_in)
-    numbers = rest_numbers(found.rest, munden.courses, munden.stitches, found.draw_in)
+    numbers = equilibrium_numbers(found.rest, munden.courses, munden.stitches, found.draw_in)
     return [
         ("initial equilibrium", f"after {found.steps} steps"),
-        *rest_rows(numbers),
+        *equilibrium_rows(numbers),
         *(
             (
                 f"curl along the {way}",
@@ -126,7 +126,7 @@ def _relax(
 ) -> tuple["Run", "Cell", float | None]:
     """Run of the fabric, its cell and the seconds of the relaxation; ``None`` if the cell was in the cache."""
     from knittest.config.loading import resolve
-    from knittest.fabric.relax import relaxed_cell
+    from knittest.fabric.relaxation import relaxed_cell
 
     run = resolve(variant=variant, fabric=fabric, parameters=parameters, sets=sets)
     started: list[float] = []

@@ -15,7 +15,7 @@ import click
 
 from knittest import __version__
 from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, ResourceError, is_out_of_memory
-from knittest.base.interrupts import INTERRUPTED, STOPPING, UntilSaved
+from knittest.base.interrupts import INTERRUPTED, STOPPING, ProcessSignalHandler
 from knittest.base.kinds import kinds
 
 #: heading of ``--help`` under which the tests and the commands that begin one stand
@@ -120,7 +120,7 @@ def main(arguments: list[str] | None = None) -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115 - to the end
-    stops = UntilSaved()
+    stops = ProcessSignalHandler()
     stops.install()
     report = sys.__unraisablehook__  # but not a signal in a library's callback, which is noted already
     sys.unraisablehook = lambda lost: None if isinstance(lost.exc_value, KeyboardInterrupt) else report(lost)
@@ -140,7 +140,7 @@ def main(arguments: list[str] | None = None) -> None:
     sys.exit(code)
 
 
-def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> int:
+def run(arguments: list[str] | None = None, stops: ProcessSignalHandler | None = None) -> int:
     """Run the command line and return the exit code; an error that follows a signal noted by ``stops`` counts as it."""
     try:
         result = cli.main(args=arguments, standalone_mode=False)
@@ -151,7 +151,7 @@ def run(arguments: list[str] | None = None, stops: UntilSaved | None = None) -> 
     except KeyboardInterrupt as error:
         return _print_message(str(error) or "interrupted", INTERRUPTED)
     except click.ClickException as error:
-        with _ignoring_closed_stderr():
+        with _ignore_closed_stderr():
             error.show()
         return 2
     except KnittestError as error:
@@ -190,13 +190,13 @@ def _discard_output() -> int:
 
 
 def _print_message(text: str, code: int) -> int:
-    with _ignoring_closed_stderr():
+    with _ignore_closed_stderr():
         click.echo(f"knittest: {text}", err=True)
     return code
 
 
 @contextmanager
-def _ignoring_closed_stderr() -> Iterator[None]:
+def _ignore_closed_stderr() -> Iterator[None]:
     """Keep the exit code where standard error cannot be written: on a full disk, or closed."""
     try:
         yield

@@ -55,21 +55,21 @@ def add_options(*options: Decorator) -> Decorator:
     return add
 
 
-def printing_asked(
+def read_printing_options(
     formats: str | None, dpi: int | None, no_pictures: bool = False, open_page: bool = False
 ) -> "Printing":
     """Read the options of pictures; raises :class:`InputError`, also if pictures are switched off."""
-    from knittest.base.figure import printing_of
+    from knittest.base.figure import parse_printing
 
     if no_pictures and open_page:
         raise click.UsageError("--open needs the page, which --no-pictures switches off: leave out one of them")
     if no_pictures and (formats or dpi):
         raise click.UsageError("--format and --dpi need pictures: leave out --no-pictures")
-    return printing_of(formats, dpi)
+    return parse_printing(formats, dpi)
 
 
 #: options that choose fabric, scale, preset and settings
-describes_run = add_options(
+with_run_options = add_options(
     VARIANT,
     FABRIC,
     click.option("--config", type=PATH, help="Rig file, or config.yaml of a run folder."),
@@ -85,7 +85,7 @@ describes_run = add_options(
 )  # fmt: skip
 
 #: options on how a run computes and reports
-reports = add_options(
+with_report_options = add_options(
     click.option("--threads", type=click.IntRange(1), help="Largest number of threads.  [default: all cores]"),
     JSON,
     QUIET,
@@ -101,7 +101,7 @@ reports = add_options(
 )  # fmt: skip
 
 
-def own_options(*tests: TestKind) -> Decorator:
+def add_test_options(*tests: TestKind) -> Decorator:
     """Return a decorator that adds the options that only ``tests`` have; with several, their help names the test."""
     options = {
         name: click.option(f"--{name}", type=value, help=f"{kind.name}: {text}" if len(tests) > 1 else text)
@@ -112,8 +112,8 @@ def own_options(*tests: TestKind) -> Decorator:
     return add_options(*options.values())
 
 
-def own_settings(kind: TestKind, chosen: dict[str, Any]) -> tuple[str, ...]:
-    """Take the options of :func:`own_options` out of ``chosen`` and return them as settings.
+def take_test_settings(kind: TestKind, chosen: dict[str, Any]) -> tuple[str, ...]:
+    """Take the options of :func:`add_test_options` out of ``chosen`` and return them as settings.
 
     Raises ``click.UsageError`` for an option that tests of ``kind`` do not have.
     """
@@ -125,8 +125,8 @@ def own_settings(kind: TestKind, chosen: dict[str, Any]) -> tuple[str, ...]:
 
 def resolve_runs(test: str, direction: str | None, chosen: dict[str, Any]) -> list[Any]:
     """Resolve the runs of ``test`` that the options describe, one for each direction."""
-    from knittest.config.loading import planned_runs
+    from knittest.config.loading import resolve_test_runs
 
     if not any(chosen.get(name) for name in ("variant", "fabric", "config")):
         raise click.UsageError("which fabric? Give --variant 1, --variant 2 or --fabric FILE")
-    return planned_runs(test, direction, chosen)
+    return resolve_test_runs(test, direction, chosen)

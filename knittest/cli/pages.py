@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from knittest.cli.options import JSON, OPEN, PATH, PRINTS, add_options, printing_asked
+from knittest.cli.options import JSON, OPEN, PATH, PRINTS, add_options, read_printing_options
 
 
 @click.command()
@@ -27,13 +27,13 @@ def report(runs: tuple[Path, ...], out: Path | None, open_page: bool, formats: s
     Example: knittest report runs/tensile-... runs/friction-... --out comparison.html
     """
     from knittest.report_page.page import write_reports
-    from knittest.runs.show import open_page as show_page
+    from knittest.runs.terminal_output import open_page as show_page
     from knittest.studies.batch.page import PAGE as SWEEP
     from knittest.studies.calibrate.page import PAGE as CALIBRATION
     from knittest.studies.uncertainty.page import PAGE as UNCERTAINTY
 
     pages = (SWEEP, CALIBRATION, UNCERTAINTY)
-    asked = printing_asked(formats, dpi) if formats or dpi else None
+    asked = read_printing_options(formats, dpi) if formats or dpi else None
     write = next((page.write for page in pages if len(runs) == 1 and page.is_in(runs[0])), None)
     if write and asked:
         raise click.UsageError("--format and --dpi apply to pages on runs, not on studies: leave them out")
@@ -84,7 +84,7 @@ def runs(
     Example: knittest runs --remove --failed --older-than 7d
     """
     from knittest.report_page.folders import list_runs
-    from knittest.runs.show import print_json, print_runs
+    from knittest.runs.terminal_output import print_json, print_runs
 
     if remove and not (names or failed or older_than is not None):
         raise click.UsageError("--remove: name the runs, or choose them by --failed or --older-than")
@@ -95,7 +95,7 @@ def runs(
     before = None if older_than is None else datetime.now().astimezone() - older_than
     found = [one for one in found if (one.failed or not failed) and (before is None or one.date < before)]
     if remove and not names:
-        found = [one for one in found if one.removable]
+        found = [one for one in found if one.is_removable]
     if as_json and not remove:
         print_json({"runs": [vars(one) | {"path": str(one.path), "date": one.date.isoformat()} for one in found]})
         return 0
@@ -136,7 +136,7 @@ def view(run: Path, frames: int | None) -> None:
     Example: knittest view runs/forming-...
     """
     from knittest.report_page.folders import find_runs
-    from knittest.report_page.moving.page import view as write
+    from knittest.report_page.moving.page import write_view as write
 
     found, notes = find_runs([run])
     for one in found:
@@ -171,15 +171,15 @@ def animate(run: Path, out: Path | None, **looks: Any) -> None:
     Example: knittest animate runs/forming-... --out forming.gif
     """
     from knittest.report_page.folders import find_runs
-    from knittest.report_page.moving.film import Filmed, films
+    from knittest.report_page.moving.film import FilmOptions, film_paths
     from knittest.report_page.moving.film import animate as write
 
     found, notes = find_runs([run])
-    planned, fallback = films(run, [one.path for one in found], out)
+    planned, fallback = film_paths(run, [one.path for one in found], out)
     if fallback:
         click.echo(fallback, err=True)
     for folder, film in planned.items():
-        write(folder, film, Filmed(**looks))
+        write(folder, film, FilmOptions(**looks))
         _print_file(film)
     for note in notes:
         click.echo(note, err=True)
@@ -227,29 +227,29 @@ def compare(
     """  # fmt: skip
     import sys
 
-    from knittest.base.figure import printed
-    from knittest.base.layout import nearest, width_of
-    from knittest.config.gates import loosened
-    from knittest.experiment.compare import compare_columns
+    from knittest.base.figure import use_printing
+    from knittest.base.layout import shorten_path, width_of
+    from knittest.config.quality_checks import relaxed_limits
+    from knittest.experiment.comparison import compare_columns
     from knittest.experiment.conditions import Conditions
-    from knittest.laboratory.given_data import draw_against, identity_of, own_curves
+    from knittest.laboratory.reference_curves import draw_comparison, own_curves, run_caption
     from knittest.laboratory.report_base import REPORTS
-    from knittest.runs.show import curve_line, curve_table, print_json, print_text
+    from knittest.runs.terminal_output import curve_line, curve_table, print_json, print_text
 
     given, columns, manifest = _load_run(run)
     (reference,) = own_curves(given, [against], Conditions(direction=direction or "", **sizes))  # type: ignore[arg-type]
     report = REPORTS[given.rig.kind]
-    columns, reach = report.for_nominal_size(given, columns), report.axes.reach
+    columns, reach = report.scale_to_nominal_size(given, columns), report.axes.reach
     found, picture = compare_columns(columns, reference, reach), out or run / "compare.png"
-    with printed(printing_asked(formats, dpi)):
-        draw_against(given, columns, reference, picture, identity_of(given, run, manifest))
-    looser = [one.stated for one in loosened(given)]
+    with use_printing(read_printing_options(formats, dpi)):
+        draw_comparison(given, columns, reference, picture, run_caption(given, run, manifest))
+    looser = [one.text for one in relaxed_limits(given)]
     accepted = [f"limits accepted by --accept-limits: {'; '.join(looser)}"] if looser else []
     if as_json:
         print_json(found | {"picture": str(picture), "looser_limits": looser})
         print_text([curve_line(found), *accepted], sys.stderr)
     else:
-        print_text([*curve_table(found, width_of(sys.stdout)), *accepted, f"picture: {nearest(picture)}"])
+        print_text([*curve_table(found, width_of(sys.stdout)), *accepted, f"picture: {shorten_path(picture)}"])
     return 0
 
 

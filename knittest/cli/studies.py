@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from knittest.base.kinds import names
+from knittest.base.kinds import test_names
 from knittest.cli import options as opt
 
 
@@ -205,7 +205,7 @@ def regress(table: str | None, as_json: bool, **chosen: Any) -> int:
 @click.option("--variant", metavar="NAME", help="Shipped fabric or the name of configs/NAME.yaml.  [default: 1]")
 @opt.FABRIC
 @click.option(
-    "--test", "tests", multiple=True, type=click.Choice(names("studied")),
+    "--test", "tests", multiple=True, type=click.Choice(test_names("studied")),
     help="Only this test; repeatable.  [default: all]",
 )  # fmt: skip
 @click.option(
@@ -230,5 +230,5 @@ def speed_study(variant: str | None, fabric: Path | None, tests: tuple[str, ...]
         variant = "1"
     scales = SCALES if scale == "both" else (scale,)
     return study_command(
-        SpeedOptions(variant=variant, fabric=fabric, tests=tests or names("studied"), scales=scales, **chosen)
+        SpeedOptions(variant=variant, fabric=fabric, tests=tests or test_names("studied"), scales=scales, **chosen)
     )

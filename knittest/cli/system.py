@@ -22,10 +22,10 @@ def doctor(clear_cache: bool) -> None:
     Example: knittest doctor --clear-cache
     """
     if clear_cache:
-        from knittest.base.cache import cache_root, clear
+        from knittest.base.cache import cache_root, remove_cache
 
         root = cache_root()
-        click.echo(f"{root}: {clear(root) / 1e6:.1f} MB removed" if root else "there is no cache folder")
+        click.echo(f"{root}: {remove_cache(root) / 1e6:.1f} MB removed" if root else "there is no cache folder")
         return
     import os
     import sys
@@ -64,11 +64,11 @@ def warmup() -> None:
     Example: knittest warmup
     """
     from knittest.config.loading import resolve
-    from knittest.solve.compiling import compile_all, warm
+    from knittest.solve.compilation import compile_all, load_kernels
 
     click.echo(f"both scales compiled in {compile_all():.1f} s")
     for scale in ("macro", "meso"):
-        click.echo(f"{scale}: loaded in {warm(resolve(variant='1', scale=scale)):.1f} s")
+        click.echo(f"{scale}: loaded in {load_kernels(resolve(variant='1', scale=scale)):.1f} s")
 
 
 @click.command()
@@ -85,7 +85,7 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
     """
     if against is not None:
         from knittest.base.errors import InputError
-        from knittest.runs.bench_against import paired_lines
+        from knittest.runs.bench_comparison import paired_lines
 
         given = click.get_current_context().get_parameter_source
         if any(given(name) is not ParameterSource.DEFAULT for name in ("variant", "preset")):
@@ -105,10 +105,10 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
 
 def _complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """Paths of fields that begin with ``incomplete``."""
-    from knittest.base.kinds import names
+    from knittest.base.kinds import test_names
     from knittest.config.fields import all_paths
 
-    return sorted({path for kind in names() for path in all_paths(kind) if path.startswith(incomplete)})
+    return sorted({path for kind in test_names() for path in all_paths(kind) if path.startswith(incomplete)})
 
 
 @click.command()
@@ -126,14 +126,14 @@ def schema(field: str | None) -> None:
     import json
     import sys
 
-    from knittest.base.layout import width_of, wrapped
+    from knittest.base.layout import width_of, wrap_line
     from knittest.config.schema import field_lines, run_schema
 
     if field is None:
         click.echo(json.dumps(run_schema(), indent=2))
         return
     for line in field_lines(field):
-        click.echo("\n".join(wrapped(line, width_of(sys.stdout))))
+        click.echo("\n".join(wrap_line(line, width_of(sys.stdout))))
 
 
 @click.command()
@@ -163,7 +163,7 @@ def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str |
     from knittest.base.files import configs_dir, write_atomic
     from knittest.config.loading import resolve
     from knittest.config.sources import NAME, NUMBERED
-    from knittest.config.starting import YarnSystem, rig_template, starting_text
+    from knittest.config.templates import YarnSystem, new_fabric_text, rig_template
 
     if not NAME.match(name):
         raise InputError(f"NAME {name!r}: expected letters, digits, '.', '_', '-', at most 40, first a letter or digit")
@@ -173,7 +173,7 @@ def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str |
     yarns: dict[YarnSystem, str] = {system: text for system, text in stated.items() if text is not None}
     like = resolve(variant="1", parameters="as-measured").fabric
     files = {
-        Path("configs") / f"{name}.yaml": starting_text(name, like, folder, yarns),
+        Path("configs") / f"{name}.yaml": new_fabric_text(name, like, folder, yarns),
         Path("configs") / f"{name}-tensile.yaml": rig_template(
             f"--variant {name} --config configs/{name}-tensile.yaml"
         ),

@@ -5,15 +5,15 @@ from typing import Any
 
 import click
 
-from knittest.base.kinds import DEFAULT, TestKind, kinds, names
+from knittest.base.kinds import DEFAULT, TestKind, kinds, test_names
 from knittest.cli import options as opt
 
 _DIRECTION = click.option("--direction", type=click.Choice(["warp", "weft", "both"]), help="[default: both]")
-_FORCED = "continue although config, version or processor changed."
+_FORCE_HELP = "continue although config, version or processor changed."
 _FOLDER = (
     click.option("--out", type=opt.PATH, help="Run folder.  [default: runs/<name>-<time>]"),
     click.option("--resume", type=opt.PATH, metavar="DIR", help="Resume the run in DIR."),
-    click.option("--force", is_flag=True, help=f"With --resume: {_FORCED}"),
+    click.option("--force", is_flag=True, help=f"With --resume: {_FORCE_HELP}"),
     click.option(
         "--verify", is_flag=True,
         help="Repeat the run at half its speed and on another mesh, to state the numerical error of the results.",
@@ -22,12 +22,12 @@ _FOLDER = (
 
 
 def _run_options(chosen: dict[str, Any], out: Path | None = None) -> Any:
-    """Take the options of :data:`opt.reports` out of ``chosen``."""
+    """Take the options of :data:`opt.with_report_options` out of ``chosen``."""
     from knittest.runs.options import RunOptions
 
     frames, pictures = (not chosen.pop(f"no_{what}") for what in ("frames", "pictures"))
     kept = {name: chosen.pop(name) for name in ("threads", "quiet", "details", "against", "open_page")}
-    printing = opt.printing_asked(chosen.pop("formats"), chosen.pop("dpi"), not pictures, kept["open_page"])
+    printing = opt.read_printing_options(chosen.pop("formats"), chosen.pop("dpi"), not pictures, kept["open_page"])
     return RunOptions(out, json=chosen.pop("as_json"), frames=frames, pictures=pictures, printing=printing, **kept)
 
 
@@ -37,7 +37,7 @@ def test_command(kind: TestKind) -> click.Command:
     def command(
         out: Path | None, resume: Path | None, force: bool, verify: bool, direction: str | None = None, **chosen: Any
     ) -> int:
-        chosen["sets"] = (*chosen["sets"], *opt.own_settings(kind, chosen))
+        chosen["sets"] = (*chosen["sets"], *opt.take_test_settings(kind, chosen))
         options = _run_options(chosen, out)
         if resume is not None:
             if direction or out or verify or any(chosen.values()):
@@ -56,15 +56,20 @@ def test_command(kind: TestKind) -> click.Command:
     command.__doc__ = kind.usage
     direction = [_DIRECTION] if kind.directional else []
     add = opt.add_options(
-        opt.describes_run, *direction, *_FOLDER, opt.ACCEPT_LIMITS, opt.own_options(kind), opt.reports
+        opt.with_run_options,
+        *direction,
+        *_FOLDER,
+        opt.ACCEPT_LIMITS,
+        opt.add_test_options(kind),
+        opt.with_report_options,
     )
     return click.command(name=kind.name)(add(command))
 
 
 @click.command()
 @click.argument("run", type=opt.PATH)
-@click.option("--force", is_flag=True, help=_FORCED.capitalize())
-@opt.reports
+@click.option("--force", is_flag=True, help=_FORCE_HELP.capitalize())
+@opt.with_report_options
 def resume(run: Path, force: bool, **chosen: Any) -> int:
     """Resume a run that was interrupted, killed or ran out of disk; its results stay bitwise identical.
 
@@ -78,10 +83,10 @@ def resume(run: Path, force: bool, **chosen: Any) -> int:
 
 
 @click.command()
-@opt.describes_run
-@click.argument("test", type=click.Choice(names()), default=DEFAULT)
+@opt.with_run_options
+@click.argument("test", type=click.Choice(test_names()), default=DEFAULT)
 @_DIRECTION
-@opt.own_options(*kinds().values())
+@opt.add_test_options(*kinds().values())
 @click.option("--convergence", is_flag=True, help="Run the test at its speed and at half of it, and compare.")
 @click.option("--no-time", is_flag=True, help="Skip the time estimate, which compiles kernels and runs some steps.")
 @click.option("--threads", type=click.IntRange(1), help="Number of threads.  [default: all cores]")
@@ -108,12 +113,12 @@ def check(
 
     Example: knittest check tensile --variant 2 --scale meso --preset paper
     """  # fmt: skip
-    chosen["sets"] = (*chosen["sets"], *opt.own_settings(kinds()[test], chosen))
-    from knittest.laboratory.report_base import completed
+    chosen["sets"] = (*chosen["sets"], *opt.take_test_settings(kinds()[test], chosen))
+    from knittest.laboratory.report_base import with_estimates
     from knittest.runs.preflight.command import CheckOptions, check_command
-    from knittest.studies.homogenise.yarn_card import paths_to_run, with_cards
+    from knittest.studies.homogenise.derived_card import complete_cards, paths_to_run
 
-    runs = completed(opt.resolve_runs(test, direction, chosen))
+    runs = with_estimates(opt.resolve_runs(test, direction, chosen))
     options = CheckOptions(threads, as_json, not no_time, convergence, out)
     cells = paths_to_run(runs[0])
-    return check_command(runs if cells else with_cards(runs), options, cells)
+    return check_command(runs if cells else complete_cards(runs), options, cells)

@@ -16,12 +16,12 @@ from pydantic import (
 from pydantic_core import CoreSchema, PydanticCustomError
 
 from knittest.base.kinds import kinds
-from knittest.base.units import plainly, ratio, suffix, to_kernel
+from knittest.base.units import ratio, suffix, to_kernel, to_plain_letters
 
-T = TypeVar("T", bound="float | Directed | None")
+T = TypeVar("T", bound="float | DirectionalNumber | None")
 
 
-class Directed(NamedTuple):
+class DirectionalNumber(NamedTuple):
     """Number for each direction."""
 
     warp: float
@@ -68,12 +68,12 @@ def field_meta(model: type[BaseModel], name: str) -> dict[str, Any]:
     return dict(extra) if isinstance(extra, dict) else {}
 
 
-def _to_kernel_units(value: Any, unit: str) -> float | Directed | None:
+def _to_kernel_units(value: Any, unit: str) -> float | DirectionalNumber | None:
     """Convert a number, a quantity or one quantity per direction to kernel units; None stays None."""
     if value is None or isinstance(value, int | float):
         return None if value is None else to_kernel(float(value), unit)
     if hasattr(value, "warp"):
-        return Directed(to_kernel(value.warp.value, unit), to_kernel(value.weft.value, unit))
+        return DirectionalNumber(to_kernel(value.warp.value, unit), to_kernel(value.weft.value, unit))
     return to_kernel(value.value, unit)
 
 
@@ -126,7 +126,7 @@ def likely_unit(number: float, unit: str, band: tuple[float, float]) -> str:
     return f" (it looks like {' or '.join(guesses[:2])})" if guesses else ""
 
 
-def in_field_unit(number: float, written: str, unit: str) -> str | None:
+def convert_to_field_unit(number: float, written: str, unit: str) -> str | None:
     """Convert ``number`` from the unit ``written`` to ``unit``, as text; ``None`` for a unit that does not fit."""
     names = {_normalised_unit(name): name for name in (*ALTERNATIVES.get(unit, ()), unit)}
     name = names.get(_normalised_unit(written))
@@ -137,7 +137,7 @@ def in_field_unit(number: float, written: str, unit: str) -> str | None:
 
 def _normalised_unit(unit: str) -> str:
     """Spell a unit without blanks, with plain letters and the yarn in the singular."""
-    return plainly(unit).replace(" ", "").replace("yarns/", "yarn/")
+    return to_plain_letters(unit).replace(" ", "").replace("yarns/", "yarn/")
 
 
 Source = Literal["measured", "derived", "tuned", "predicted", "assumed", "user"]
@@ -150,7 +150,7 @@ class Strict(BaseModel):
 
     @field_validator("*", mode="after")
     @classmethod
-    def _within_bounds(cls, value: object, info: ValidationInfo) -> Any:
+    def _check_bounds(cls, value: object, info: ValidationInfo) -> Any:
         if info.field_name is None:
             return value
         meta = field_meta(cls, info.field_name)

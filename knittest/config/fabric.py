@@ -8,7 +8,7 @@ from pydantic import Field, ValidationError, WrapValidator, model_validator
 
 from knittest.config.base import (
     BoundsError,
-    Directed,
+    DirectionalNumber,
     Kernel,
     PerDirection,
     Quantity,
@@ -30,7 +30,7 @@ from knittest.config.laws import (
     check_points,
 )
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn, strength_of
-from knittest.config.yarn_card import filled, is_filled, number_of
+from knittest.config.yarn_card import derived_entry, is_filled, number_of
 
 Direction = Literal["warp", "weft"]
 #: measured area mass over that of the yarns; beyond, densities, loop length or tex are of another fabric
@@ -41,7 +41,7 @@ LOOP_LENGTH = 3.0
 THICKNESS = (0.5, 3.0)
 
 
-def _optional(description: str) -> Any:
+def _optional_quantity(description: str) -> Any:
     return Field(None, description=description)
 
 
@@ -65,24 +65,24 @@ class TensionPoints(Strict):
 class MacroMaterial(Strict):
     """Macro material card (shell elements); missing parts are derived from the yarns when a run needs them."""
 
-    tension: Annotated[dict[Direction, str | TensionPoints], Absent] = _optional(
+    tension: Annotated[dict[Direction, str | TensionPoints], Absent] = _optional_quantity(
         "tension curve per direction: points, or a CSV in ./data or the shipped data (strain_pct, force_n_per_mm; or "
         "force_n and a line # strip_width_mm: ...); none: derived from the yarns"
     )
     fracture_strain: Annotated[PerDirection, Absent] = number(
         None, "%", "element deletion strain; required with tension", gt=0, band=(0.1, 50)
     )
-    fracture_strain_fraction: ClassVar[Kernel[Directed]] = Kernel("fracture_strain")
+    fracture_strain_fraction: ClassVar[Kernel[DirectionalNumber]] = Kernel("fracture_strain")
     bending_stiffness: Annotated[PerDirection, Absent] = number(
         None, "N mm", "bending stiffness per width; none: derived from the yarns", gt=0, band=(1e-3, 1e4)
     )
-    bending_stiffness_n_mm: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
+    bending_stiffness_n_mm: ClassVar[Kernel[DirectionalNumber]] = Kernel("bending_stiffness")
     in_plane_bending: PerDirection | None = number(
         None, "N mm", "in-plane bending stiffness of the inlays, per width; none: forming uses EI of an inlay x inlays "
         "per width (rig.in_plane_bending), other tests neglect it", gt=0, band=(1e-6, 1e4),
     )  # fmt: skip
-    in_plane_bending_n_mm: ClassVar[Kernel[Directed | None]] = Kernel("in_plane_bending")
-    shear: Annotated[ShearLaw, Absent] = _optional(
+    in_plane_bending_n_mm: ClassVar[Kernel[DirectionalNumber | None]] = Kernel("in_plane_bending")
+    shear: Annotated[ShearLaw, Absent] = _optional_quantity(
         "in-plane shear force over the shear angle; none: derived from the yarns"
     )
     compression_ratio: Quantity = number(
@@ -100,7 +100,7 @@ class MacroMaterial(Strict):
     )  # fmt: skip
 
     @model_validator(mode="after")
-    def _both(self) -> Self:
+    def _has_complete_tension(self) -> Self:
         if self.tension is not None and set(self.tension) != {"warp", "weft"}:
             raise ValueError("tension needs a curve for warp and for weft")
         if (self.tension is None) != (self.fracture_strain is None):
@@ -108,7 +108,7 @@ class MacroMaterial(Strict):
         return self
 
     @property
-    def missing(self) -> tuple[str, ...]:
+    def missing_card_parts(self) -> tuple[str, ...]:
         """Parts of the card that are not given."""
         return tuple(name for name in CARD if getattr(self, name) is None)
 
@@ -143,9 +143,11 @@ class Fabric(Strict):
     area_mass_g_per_mm2: ClassVar[Kernel[float]] = Kernel("area_mass")
     thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
     thickness_mm: ClassVar[Kernel[float]] = Kernel("thickness")
-    reinforcing: Annotated[ReinforcingYarn, Absent] = _optional("yarn of the warp and weft inlays")
-    knitting: Annotated[KnittingYarn, Absent] = _optional("knitting yarn, which forms the loops")
-    contact: Annotated[YarnContact, Absent] = _optional("yarn-yarn contact; none: derived from the knitting yarn")
+    reinforcing: Annotated[ReinforcingYarn, Absent] = _optional_quantity("yarn of the warp and weft inlays")
+    knitting: Annotated[KnittingYarn, Absent] = _optional_quantity("knitting yarn, which forms the loops")
+    contact: Annotated[YarnContact, Absent] = _optional_quantity(
+        "yarn-yarn contact; none: derived from the knitting yarn"
+    )
     macro: MacroMaterial = Field(
         default_factory=MacroMaterial,
         description="macro material card (shell elements); missing parts are derived from the yarns",
@@ -214,9 +216,9 @@ class Fabric(Strict):
         return 1.0 / self.weft_density_per_mm
 
     @property
-    def density_per_mm(self) -> Directed:
+    def density_per_mm(self) -> DirectionalNumber:
         """Yarns per length [1/mm] of each direction."""
-        return Directed(self.warp_density_per_mm, self.weft_density_per_mm)
+        return DirectionalNumber(self.warp_density_per_mm, self.weft_density_per_mm)
 
 
 def _check_loop(fabric: Fabric) -> None:
@@ -270,10 +272,10 @@ def mass_and_thickness(fabric: Fabric) -> dict[str, dict[str, Any]]:
     """Entries of area mass and thickness, from the yarns of ``fabric``."""
     inlay, loop = fabric.reinforcing.beam_diameter.value, fabric.knitting.beam_diameter.value
     return {
-        "area_mass": filled(
+        "area_mass": derived_entry(
             yarn_area_mass(fabric) or 0.0, "g/m2", "densities x linear densities, and one loop per cell"
         ),
-        "thickness": filled(2.0 * (inlay + loop), "mm", "two inlays and two knitting yarns, as circles"),
+        "thickness": derived_entry(2.0 * (inlay + loop), "mm", "two inlays and two knitting yarns, as circles"),
     }
 
 
@@ -287,13 +289,13 @@ def contact_of(loop: KnittingYarn, stated: Mapping[str, Any]) -> dict[str, dict[
     least = LEAST_STICKING / max(number_of(stated.get("tangential_ratio")) or TANGENTIAL, 1e-9)
     stiffness = max(force / radius, LEAST_STIFFNESS, least)
     return {
-        "friction_coefficient": filled(FRICTION, "", "usual yarn on yarn", "assumed"),
-        "normal_stiffness": filled(
+        "friction_coefficient": derived_entry(FRICTION, "", "usual yarn on yarn", "assumed"),
+        "normal_stiffness": derived_entry(
             stiffness, "N/mm",
             f"breaking force {force:.4g} N of the knitting yarn / its radius {radius:.4g} mm, at least "
             f"{max(LEAST_STIFFNESS, least):.4g} N/mm",
         ),
-        "tangential_ratio": filled(TANGENTIAL, "", "sticking stiffness over normal stiffness", "assumed"),
+        "tangential_ratio": derived_entry(TANGENTIAL, "", "sticking stiffness over normal stiffness", "assumed"),
     }  # fmt: skip
 
 

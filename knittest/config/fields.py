@@ -15,7 +15,7 @@ from knittest.config.yaml_loader import KeyPath
 
 
 @dataclass(frozen=True)
-class Place:
+class ConfigField:
     """Field of a config: its model, if it has one, its unit (``""`` without) and its description."""
 
     model: type[BaseModel] | None
@@ -33,9 +33,9 @@ class Place:
         return list(self.model.model_fields) if self.model else []
 
 
-def place(path: KeyPath, kind: object = DEFAULT) -> Place | None:
+def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
     """Field at ``path`` of a run of ``kind`` (or of the model ``kind``); ``None`` if there is none."""
-    here = Place(_root(kind), "", "the run")
+    here = ConfigField(_root(kind), "", "the run")
     for part in path:
         if here.model is None or part not in here.model.model_fields:
             return None
@@ -43,11 +43,11 @@ def place(path: KeyPath, kind: object = DEFAULT) -> Place | None:
         unit = field_meta(here.model, str(part)).get("unit", "")
         if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry the unit of their holder
             unit = here.unit
-        here = Place(model_of(info.annotation), unit, info.description or here.description)
+        here = ConfigField(model_of(info.annotation), unit, info.description or here.description)
     return here
 
 
-def nearest(name: str, names: list[str]) -> str | None:
+def most_similar_name(name: str, names: list[str]) -> str | None:
     """Most similar of ``names``; ``None`` if none is similar."""
     lower = {n.lower(): n for n in reversed(names)}
     close = difflib.get_close_matches(name.lower(), list(lower), 1, 0.6)

@@ -190,7 +190,7 @@ class Patch(Strict):
     )
 
     @model_validator(mode="after")
-    def _one_of_both(self) -> Self:
+    def _has_radius_or_compaction(self) -> Self:
         if (self.radius is None) == (self.compaction is None):
             raise ValueError("expected either radius or compaction")
         return self

@@ -9,18 +9,18 @@ from pydantic import ValidationError
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, kinds
 from knittest.config.fabric import Direction, Fabric
-from knittest.config.messages import input_error, unknown
+from knittest.config.messages import input_error, unknown_name_text
 from knittest.config.presets import default_scale, preset_paths, preset_settings
 from knittest.config.rigs import StripRig
 from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Layers, Setting, lay_setting, parse_set, refuse_contradictions
-from knittest.config.sources import FabricSource, fabric_file, lay_fabric, settle_data_paths, variant_path
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, shown
+from knittest.config.sources import FabricSource, fabric_file, lay_fabric, resolve_data_paths, variant_path
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, load_yaml, value_excerpt
 
 DIRECTIONS: tuple[str, ...] = get_args(Direction)
 
 
-def own_fields(own: Mapping[str, object], kind: str, direction: object) -> dict[str, KeyPath]:
+def rig_default_paths(own: Mapping[str, object], kind: str, direction: object) -> dict[str, KeyPath]:
     """Path below ``own``, the rig defaults of a fabric for ``kind``, of each rig field of a run in ``direction``.
 
     Numbers of the direction override those of both. Numbers of the other direction alone hold too, as for a test
@@ -34,19 +34,19 @@ def own_fields(own: Mapping[str, object], kind: str, direction: object) -> dict[
     return found | {key: (d, key) for d in per if d == direction for key in own[d]}  # type: ignore[attr-defined]
 
 
-def taken_over(fabric: Fabric, kind: str, direction: str) -> dict[str, str]:
+def other_direction_fields(fabric: Fabric, kind: str, direction: str) -> dict[str, str]:
     """Rig fields of a test of ``kind`` in ``direction`` that the fabric has for the other direction only, and that."""
-    paths = own_fields(fabric.rigs.get(kind, {}), kind, direction)
+    paths = rig_default_paths(fabric.rigs.get(kind, {}), kind, direction)
     return {key: str(path[0]) for key, path in paths.items() if len(path) > 1 and path[0] != direction}
 
 
-def own_value(fabric: Fabric, kind: str, path: KeyPath) -> float:
-    """Number of the fabric at ``path`` of :func:`own_fields`."""
+def rig_default_value(fabric: Fabric, kind: str, path: KeyPath) -> float:
+    """Number of the fabric at ``path`` of :func:`rig_default_paths`."""
     found = fabric.rigs[kind][str(path[0])]
     return float(found[str(path[1])] if isinstance(found, dict) else found)
 
 
-def _lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collection[str] = ()) -> None:
+def _lay_rig_defaults(layers: Layers, kind: str, direction: object, stated: Collection[str] = ()) -> None:
     """Lay the rig defaults of the fabric in ``layers`` for a test of ``kind`` in ``direction`` over the rig.
 
     Sizes of the preset stay, and so do ``stated`` fields with those tied to them. Raises :class:`InputError` for
@@ -58,13 +58,14 @@ def _lay_own_rig(layers: Layers, kind: str, direction: object, stated: Collectio
         return
     if not kinds()[kind].directional and all(isinstance(own.get(d), dict) for d in DIRECTIONS):
         raise InputError(
-            f"{layers.where((*at, DIRECTIONS[0]))}: {dotted(at)}: found numbers of warp and weft, but the test has no "
+            f"{layers.where((*at, DIRECTIONS[0]))}: {dotted_path(at)}: found numbers of warp and weft, but the "
+            f"test has no "
             "direction: expected one number, such as their mean"
         )
     record = kinds()[kind]
     kept = {*(set(record.sizes) & (layers.get(("rig",)) or {}).keys()), "kind", *stated}
     kept |= {field for field, other in record.tied.items() if other in kept}
-    for key, path in own_fields(own, kind, direction).items():
+    for key, path in rig_default_paths(own, kind, direction).items():
         if key not in kept:
             where = str(layers.where((*at, *path)))
             layers.lay(layers.get((*at, *path)), lambda _, where=where: where, ("rig", key))  # type: ignore[misc]
@@ -107,7 +108,8 @@ def resolve(
     """Resolve the run that the arguments describe; ``None`` leaves a choice to the config file or the default.
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
-    :func:`knittest.config.dumping.dump` writes it), ``sets`` are ``key.path=value`` texts or settings, ``test`` is the
+    :func:`knittest.config.yaml_writer.dump` writes it), ``sets`` are ``key.path=value`` texts or settings, ``test``
+    is the
     kind of test, and the rest are :class:`Options`. ``accept_limits`` overrides the config; ``None`` keeps its value,
     to resume a run. Raises :class:`InputError` listing every finding.
     """
@@ -119,7 +121,7 @@ def resolve(
     source = _fabric_source(variant, fabric, document, config)
     for setting in given:
         if setting.path == ACCEPTED:
-            raise InputError(f"{setting.said}: {dotted(ACCEPTED)} cannot be set: use --accept-limits instead")
+            raise InputError(f"{setting.said}: {dotted_path(ACCEPTED)} cannot be set: use --accept-limits instead")
         if setting.path[:2] == ("fabric", "rigs"):
             raise InputError(f"{setting.said}: set the rig of the run instead: --set rig.{setting.path[-1]}=...")
     layers = _lay_all(document, source, options + given, kind)
@@ -132,10 +134,10 @@ def resolve(
     folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
     if _stated_value(WAVES, document, given) is None:
         run = run.with_fine_waves()
-    return settle_data_paths(run, layers, folders).with_derived_numbers()
+    return resolve_data_paths(run, layers, folders).with_derived_numbers()
 
 
-def planned_directions(
+def resolve_directions(
     direction: str | None, config: Path | str | None = None, sets: Sequence[str | Setting] = ()
 ) -> list[Direction]:
     """Directions to run: ``direction``, else that of the config or ``--set``, else both."""
@@ -155,8 +157,8 @@ def _test_name(document: Document, asked: str | None) -> str:
     """Kind of test: that of the command, which a config file may not contradict, else of the file, else the default."""
     stated = Layers(document.data).get(("rig", "kind"))
     if stated is not None and stated not in RUNS:
-        names = unknown(str(stated), list(RUNS), "test")
-        raise InputError(f"{document.where(('rig', 'kind'))}: rig.kind = {shown(stated)}: {names}")
+        names = unknown_name_text(str(stated), list(RUNS), "test")
+        raise InputError(f"{document.where(('rig', 'kind'))}: rig.kind = {value_excerpt(stated)}: {names}")
     if stated is not None and asked is not None and stated != asked:
         raise InputError(
             f"{document.where(('rig', 'kind'))}: rig.kind = {stated}: the file is for another test: use knittest "
@@ -210,7 +212,7 @@ def _lay_all(document: Document, source: FabricSource, settings: list[Setting], 
     chosen = lay_fabric(layers, source, wanted)
     stated = {key for key in kinds()[kind].tied.values() if _stated_value(("rig", key), document, settings) is not None}
     direction = _stated_value(("rig", "direction"), document, settings) or StripRig().direction
-    _lay_own_rig(layers, kind, direction, stated)
+    _lay_rig_defaults(layers, kind, direction, stated)
     _refuse_shadowed_preset(document, layers, preset, kind)
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
     layers.lay(rest, document.where)
@@ -238,7 +240,10 @@ def _chosen_value(
     if stated not in names:
         said = [s.said for s in settings if s.path == path]
         where = said[-1] if said else document.where(path)
-        raise InputError(f"{where}: {dotted(path)} = {shown(stated)}: {unknown(str(stated), list(names), 'choice')}")
+        raise InputError(
+            f"{where}: {dotted_path(path)} = {value_excerpt(stated)}: "
+            f"{unknown_name_text(str(stated), list(names), 'choice')}"
+        )
     return stated
 
 
@@ -251,14 +256,15 @@ def _refuse_shadowed_preset(document: Document, layers: Layers, preset: str, kin
         value = written.get(path)
         if value is not None and value != layers.get(path):
             raise InputError(
-                f"{document.where(path)}: {dotted(path)} = {shown(value)} of the file would override preset {preset} "
-                f"({shown(layers.get(path))}): remove it from the file, or change it with --set"
+                f"{document.where(path)}: {dotted_path(path)} = {value_excerpt(value)} of the file would "
+                f"override preset {preset} "
+                f"({value_excerpt(layers.get(path))}): remove it from the file, or change it with --set"
             )
 
 
-def planned_runs(test: str, direction: str | None, chosen: Mapping[str, Any]) -> list[Run]:
+def resolve_test_runs(test: str, direction: str | None, chosen: Mapping[str, Any]) -> list[Run]:
     """Resolve the runs of ``test`` that the arguments ``chosen`` of :func:`resolve` describe, one per direction."""
     if not kinds()[test].directional:
         return [resolve(test=test, **chosen)]
-    directions = planned_directions(direction, chosen["config"], chosen["sets"])
+    directions = resolve_directions(direction, chosen["config"], chosen["sets"])
     return [resolve(direction=one, test=test, **chosen) for one in directions]

@@ -7,10 +7,10 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.base import BoundsError, in_field_unit
-from knittest.config.fields import Place, all_paths, nearest, place
+from knittest.config.base import BoundsError, convert_to_field_unit
+from knittest.config.fields import ConfigField, all_paths, field_at, most_similar_name
 from knittest.config.settings import Layers
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, shown
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
 
 MOST_SHOWN = 20
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?$")
@@ -24,87 +24,87 @@ def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | 
     found = error.errors(include_url=False)
     bad_keys = {item["loc"][:-1] for item in found if item["loc"][-1:] == ("[key]",)}
     found = [item for item in found if item["loc"] not in bad_keys]  # a wrong key makes its value no second finding
-    lines = [_line(item, layers, kind) for item in found[:MOST_SHOWN]]
+    lines = [_finding_line(item, layers, kind) for item in found[:MOST_SHOWN]]
     if len(found) > MOST_SHOWN:
         lines.append(f"... and {len(found) - MOST_SHOWN} more")
     return InputError("\n".join(lines))
 
 
-def unknown(name: str, names: list[str], kind: str = "field") -> str:
+def unknown_name_text(name: str, names: list[str], kind: str = "field") -> str:
     """Say that ``name`` is unknown, with the nearest of ``names``, else all of them."""
-    close = nearest(name, names)
+    close = most_similar_name(name, names)
     return f"unknown {kind} " + (f'(did you mean "{close}"?)' if close else f"(known: {', '.join(names)})")
 
 
-def _line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
+def _finding_line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
     path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
         path = (*path, *cause.part.split("."))
     value, at, stated = layers.get(path), path, ""
     if item["type"] == "missing":
-        field = place(path, kind)
-        what = f"missing: {_with_unit(field.description, field) if field else 'the field is required'}"
+        field = field_at(path, kind)
+        what = f"missing: {_append_unit(field.description, field) if field else 'the field is required'}"
     elif item["type"] == "extra_forbidden":
-        what = _unknown_field(path, kind)
+        what = _unknown_field_text(path, kind)
     elif "[key]" in item["loc"]:
-        what = f"unknown field, {_choice_expected(item['ctx']['expected'], path[-1])}"
+        what = f"unknown field, {_choice_expectation(item['ctx']['expected'], path[-1])}"
     else:
         if isinstance(value, dict) and "value" in value:
             value, at = value["value"], (*path, "value")
-        stated = "" if value is None or isinstance(value, dict) else f" = {shown(value)}"
-        what = _expected(item, value, place(path, kind))
-    return f"{layers.where(at) or 'defaults'}: {dotted(path)}{stated}: {what}"
+        stated = "" if value is None or isinstance(value, dict) else f" = {value_excerpt(value)}"
+        what = _expectation(item, value, field_at(path, kind))
+    return f"{layers.where(at) or 'defaults'}: {dotted_path(path)}{stated}: {what}"
 
 
-def _with_unit(text: str, field: Place | None, before: str = " [", after: str = "]") -> str:
+def _append_unit(text: str, field: ConfigField | None, before: str = " [", after: str = "]") -> str:
     return f"{text}{before}{field.unit}{after}" if field and field.unit not in ("", "1") else text
 
 
-def _unknown_field(path: KeyPath, kind: object) -> str:
-    holder, name = place(path[:-1], kind), str(path[-1])
+def _unknown_field_text(path: KeyPath, kind: object) -> str:
+    holder, name = field_at(path[:-1], kind), str(path[-1])
     names = holder.names if holder else []
     elsewhere = [p for p in all_paths(kind) if p.rpartition(".")[2] == name]
-    if nearest(name, names) is None and elsewhere:
+    if most_similar_name(name, names) is None and elsewhere:
         return f'unknown field (did you mean "{elsewhere[0]}"?)'
-    return unknown(name, names)
+    return unknown_name_text(name, names)
 
 
-def _expected(item: Mapping[str, Any], value: object, field: Place | None) -> str:
+def _expectation(item: Mapping[str, Any], value: object, field: ConfigField | None) -> str:
     kind, context = item["type"], item.get("ctx", {})
     if isinstance(cause := context.get("error"), BoundsError):
         return cause.expected
     if kind == "value_error":
         return str(context["error"])
     if kind in _NUMBER_TYPES or (kind == "model_type" and field and field.is_quantity):
-        return _number_expected("whole number" if kind.startswith("int") else "number", value, field)
+        return _number_expectation("whole number" if kind.startswith("int") else "number", value, field)
     if kind == "model_type":
         return f"expected a mapping with {', '.join(field.names) if field else 'fields'}, found {describe(value)}"
     if kind == "literal_error":
-        return _choice_expected(context["expected"], value)
+        return _choice_expectation(context["expected"], value)
     if kind == "string_type":
         return f"expected text, found {describe(value)} (put text in quotes)"
     if kind == "string_pattern_mismatch":
         return "expected letters, digits, '.', '_' or '-', at most 40, the first a letter or digit"
-    return _with_unit(str(item["msg"]).replace("Input should be", "must be"), field, " ", "")
+    return _append_unit(str(item["msg"]).replace("Input should be", "must be"), field, " ", "")
 
 
-def _number_expected(number: str, value: object, field: Place | None) -> str:
-    expected = _with_unit(f"expected a {number}", field, " in ", "")
+def _number_expectation(number: str, value: object, field: ConfigField | None) -> str:
+    expected = _append_unit(f"expected a {number}", field, " in ", "")
     mapping = ", or a mapping of value, sd, source, ref" if field and field.is_quantity else ""
     hint = ""
     if isinstance(value, str) and _DECIMAL_COMMA.match(value):
         hint = f" (decimal comma? write {value.replace(',', '.')})"
     elif isinstance(value, str) and (stated := _NUMBER_AND_UNIT.match(value)):
         unit = field.unit if field else ""
-        converted = in_field_unit(float(stated[1].replace(",", ".")), stated[2], unit)
-        hint = f" (write {converted or _with_unit('the number without unit', field, ', in ', '')})"
+        converted = convert_to_field_unit(float(stated[1].replace(",", ".")), stated[2], unit)
+        hint = f" (write {converted or _append_unit('the number without unit', field, ', in ', '')})"
     return f"{expected}{mapping}, found {describe(value)}{hint}"
 
 
-def _choice_expected(expected: str, value: object) -> str:
+def _choice_expectation(expected: str, value: object) -> str:
     names = re.findall(r"'([^']*)'", expected) or re.split(", | or ", expected)  # numbers have no quotes
-    close = nearest(value, names) if isinstance(value, str) else None
+    close = most_similar_name(value, names) if isinstance(value, str) else None
     choices = " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
     return f"expected {choices}" + (f' (did you mean "{close}"?)' if close else "")
 
@@ -131,10 +131,10 @@ def number_path(name: str, where: str, kinds: Sequence[str]) -> KeyPath:
         same = (p for p in known if p.split(".")[-1] == path[-1])
         example = next(same, "fabric.macro.bending_stiffness.warp")
         raise InputError(f"{where}: {name}: expected a field of the fabric or the rig, such as {example}")
-    field = next((f for f in (place(path, kind) for kind in kinds) if f is not None), None)
+    field = next((f for f in (field_at(path, kind) for kind in kinds) if f is not None), None)
     if field is None:
         names = sorted({p for p in known if p.split(".")[0] == path[0]})
-        raise InputError(f"{where}: {name}: {unknown(name, names) if names else 'unknown field'}")
+        raise InputError(f"{where}: {name}: {unknown_name_text(name, names) if names else 'unknown field'}")
     if field.model is not None and not field.is_quantity:
         raise InputError(f"{where}: {name}: expected a number, but this is a group: {', '.join(field.names)}")
     return path

@@ -131,13 +131,13 @@ class Run(Strict):
     def _is_possible(self) -> Self:
         missing, macro = [name for name in YARN_LEVEL if getattr(self.fabric, name) is None], self.fabric.macro
         if missing and self.model.scale == "meso":
-            remedy = "" if macro.missing else ", or use --scale macro"
+            remedy = "" if macro.missing_card_parts else ", or use --scale macro"
             raise BoundsError(
                 f"the meso scale needs {', '.join(missing)}: add them to the fabric file{remedy}", "fabric"
             )
-        if missing and macro.missing and self.model.scale == "macro":
+        if missing and macro.missing_card_parts and self.model.scale == "macro":
             raise BoundsError(
-                f"the macro scale needs macro.{', macro.'.join(macro.missing)}: add them, or the yarns "
+                f"the macro scale needs macro.{', macro.'.join(macro.missing_card_parts)}: add them, or the yarns "
                 f"({', '.join(missing)}) from which they are derived",
                 "fabric",
             )

@@ -15,7 +15,7 @@ from knittest.config.base import PerDirection, Quantity, field_meta
 from knittest.config.fields import model_of
 from knittest.config.presets import PRESETS, preset_settings
 from knittest.config.run import RUNS
-from knittest.config.settings import leaves
+from knittest.config.settings import leaf_values
 
 #: bounds of the models -> keywords of JSON schema (draft 2020-12); of a quantity they bind the bare number
 KEYWORDS = {"gt": "exclusiveMinimum", "ge": "minimum", "le": "maximum"}
@@ -27,7 +27,7 @@ OF_SCALE = {
 }
 
 
-class Described(NamedTuple):
+class FieldDescription(NamedTuple):
     """Field in words; the unit ``1`` is that of a bare number."""
 
     path: str
@@ -59,7 +59,7 @@ def _rename_bounds(node: object, names: bool = False) -> Any:
 
 def field_lines(name: str) -> list[str]:
     """Explain the field ``name`` of a run, or list the fields below it; raises :class:`InputError` with the nearest."""
-    found: dict[Described, list[str]] = {}
+    found: dict[FieldDescription, list[str]] = {}
     for kind, run in RUNS.items():
         for field in fields_below(run):
             found.setdefault(field, []).append(kind)
@@ -80,7 +80,7 @@ def field_lines(name: str) -> list[str]:
     raise InputError(f"{name}: a run has no such field; {hint}")
 
 
-def _explain(field: Described, tests: list[str]) -> list[str]:
+def _explain(field: FieldDescription, tests: list[str]) -> list[str]:
     facts = {
         "type": field.kind.replace("`", ""),
         "default": field.default,
@@ -92,7 +92,7 @@ def _explain(field: Described, tests: list[str]) -> list[str]:
     return [f"{field.path}{_unit(field)}", f"  {field.text}", *(f"  {n}: {v}" for n, v in facts.items() if v)]
 
 
-def _unit(field: Described) -> str:
+def _unit(field: FieldDescription) -> str:
     return f" [{field.unit}]" if field.unit not in ("", "1") else ""
 
 
@@ -115,7 +115,7 @@ def _preset_values(path: str, tests: list[str]) -> Iterator[tuple[str, str]]:
     found: dict[str, list[str]] = {}
     for test in tests:
         for scale in kinds()[test].scales:
-            values = {p: dict(leaves(preset_settings(test, p, scale))).get(path) for p in PRESETS}  # type: ignore[arg-type]
+            values = {p: dict(leaf_values(preset_settings(test, p, scale))).get(path) for p in PRESETS}  # type: ignore[arg-type]
             if any(value is not None for value in values.values()) and path not in ("model.preset", "model.scale"):
                 text = ", ".join(f"{preset} {value:g}" for preset, value in values.items() if value is not None)
                 found.setdefault(text, []).append(f"{test} {scale}")
@@ -123,36 +123,38 @@ def _preset_values(path: str, tests: list[str]) -> Iterator[tuple[str, str]]:
     return (("all tests" if everywhere else ", ".join(names), text) for text, names in found.items())
 
 
-def fields_below(model: type[BaseModel], prefix: str = "") -> Iterator[Described]:
+def fields_below(model: type[BaseModel], prefix: str = "") -> Iterator[FieldDescription]:
     """Fields below ``model``, with paths that begin with ``prefix``."""
     for name in model.model_fields:
-        yield from described(model, name, prefix)
+        yield from describe_fields(model, name, prefix)
 
 
-def described(model: type[BaseModel], name: str, prefix: str = "") -> Iterator[Described]:
+def describe_fields(model: type[BaseModel], name: str, prefix: str = "") -> Iterator[FieldDescription]:
     """Field ``name`` of ``model``, or the fields below it."""
     info, meta, path = model.model_fields[name], field_meta(model, name), prefix + name
     inner = model_of(info.annotation, contained=True)
     if inner is PerDirection:
         for part in PerDirection.model_fields:
             yield _row(f"{path}.{part}", "quantity", info, meta)
-    elif inner is None or inner is Quantity or _or_text(info.annotation):
+    elif inner is None or inner is Quantity or _is_text_or_model(info.annotation):
         yield _row(path, _type(info.annotation), info, meta)
     if inner not in (None, Quantity, PerDirection):
         between = {dict: ".NAME", list: "[]"}.get(get_origin(info.annotation), "")  # type: ignore[arg-type]
         yield from fields_below(inner, f"{path}{between}.")
 
 
-def _row(path: str, kind: str, info: FieldInfo, meta: dict[str, Any]) -> Described:
-    return Described(path, kind, meta.get("unit", ""), _default(info), _bounds(info, meta), info.description or "")
+def _row(path: str, kind: str, info: FieldInfo, meta: dict[str, Any]) -> FieldDescription:
+    return FieldDescription(
+        path, kind, meta.get("unit", ""), _default(info), _bounds(info, meta), info.description or ""
+    )
 
 
-def _or_text(annotation: Any) -> bool:
+def _is_text_or_model(annotation: Any) -> bool:
     """Tell whether each entry of a map is a text or a model."""
     inner = get_args(annotation)
     if get_origin(annotation) is dict:
         return str in get_args(inner[1])
-    return get_origin(annotation) is Annotated and _or_text(inner[0])
+    return get_origin(annotation) is Annotated and _is_text_or_model(inner[0])
 
 
 def _type(annotation: Any) -> str:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from knittest.base.errors import InputError
-from knittest.config.fields import place
-from knittest.config.yaml_loader import KeyPath, parse_value, shown
+from knittest.config.fields import field_at
+from knittest.config.yaml_loader import KeyPath, parse_value, value_excerpt
 
 Where = Callable[[KeyPath], str]
 
@@ -86,7 +86,7 @@ def parse_set(text: str) -> Setting:
     name, equals, value = text.partition("=")
     path: KeyPath = tuple(part.strip() for part in name.split("."))
     if not equals or not all(path):
-        raise InputError(f"--set {shown(text)}: expected key.path=value, such as rig.width=50")
+        raise InputError(f"--set {value_excerpt(text)}: expected key.path=value, such as rig.width=50")
     said = f"--set {name.strip()}"
     return Setting(path, parse_value(value, said), said)
 
@@ -95,10 +95,10 @@ def lay_setting(layers: Layers, setting: Setting) -> None:
     """Lay one setting over ``layers``: a number becomes ``source: user`` with its old sd, null removes a quantity."""
     path, value = setting.path, setting.value
     kind = layers.get(("rig", "kind"))
-    field = place(path, kind)
+    field = field_at(path, kind)
     if field and field.is_quantity and not isinstance(value, dict):
         path = (*path, "value")
-    holder = place(path[:-1], kind)
+    holder = field_at(path[:-1], kind)
     if holder and holder.is_quantity and path[-1] == "value" and value is None:
         path = path[:-1]
     elif holder and holder.is_quantity and path[-1] in ("value", "sd"):
@@ -111,7 +111,7 @@ def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
     for option in options:
         for setting in sets:
             if setting.path == option.path and setting.value != option.value:
-                stated = f"{setting.said}={shown(setting.value)}"
+                stated = f"{setting.said}={value_excerpt(setting.value)}"
                 raise InputError(f"{stated} contradicts {option.said} {option.value}: give one of them")
 
 
@@ -126,15 +126,15 @@ def _user_fields(old: object) -> dict[str, Any]:
 
 
 #: parts of a quantity with which no run computes
-TOLD = ("source", "ref", "tuned_on", "chosen_by")
+SOURCE_FIELDS = ("source", "ref", "tuned_on", "chosen_by")
 
 
-def leaves(value: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
+def leaf_values(value: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
     """Path and value of each number or text below ``value``; the number of a quantity has the path of the quantity."""
     for name, inner in value.items():
-        if name in TOLD:
+        if name in SOURCE_FIELDS:
             continue
         if isinstance(inner, Mapping):
-            yield from leaves(inner, f"{prefix}{name}.")
+            yield from leaf_values(inner, f"{prefix}{name}.")
         else:
             yield (prefix.removesuffix(".") if name == "value" else f"{prefix}{name}"), inner

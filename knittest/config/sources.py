@@ -9,14 +9,14 @@ from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir, data_dir, variants
-from knittest.config.messages import unknown
+from knittest.config.messages import unknown_name_text
 from knittest.config.run import Run
 from knittest.config.settings import Layers
 from knittest.config.tools import stl_tools
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted, load_yaml, shown
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, load_yaml, value_excerpt
 
 
-def namesake(shipped: Path, others: Iterable[Path]) -> Path | None:
+def find_name_conflict(shipped: Path, others: Iterable[Path]) -> Path | None:
     """First of ``others`` that exists, is not ``shipped`` itself, and has other contents."""
     for other in others:
         if not other.exists() or other.samefile(shipped):
@@ -41,7 +41,7 @@ BASE = "base"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
 
 
-def numbers_of(parameters: str) -> str:
+def parameter_set_text(parameters: str) -> str:
     """Name of a parameter set for messages."""
     return "as in the fabric file" if parameters == BASE else parameters
 
@@ -77,7 +77,7 @@ def variant_path(variant: str) -> Path:
     folders = (configs_dir() / "fabrics", Path("configs"), Path("configs/fabrics"))
     for folder in folders:
         if (path := folder / f"{name}.yaml").is_file():
-            other = namesake(path, (place / path.name for place in folders if place != folder))
+            other = find_name_conflict(path, (place / path.name for place in folders if place != folder))
             if variant not in NUMBERED and other is not None:
                 raise InputError(
                     f"--variant {variant}: found two different fabrics, {other} and {path}: give the path of one of "
@@ -85,7 +85,7 @@ def variant_path(variant: str) -> Path:
                 )
             return path
     known = [*NUMBERED, *sorted({p.stem for folder in folders for p in folder.glob("*.yaml") if _is_fabric(p)})]
-    raise InputError(f"--variant {variant}: {unknown(variant, known, 'fabric')}; give a path with --fabric")
+    raise InputError(f"--variant {variant}: {unknown_name_text(variant, known, 'fabric')}; give a path with --fabric")
 
 
 def _is_fabric(path: Path) -> bool:
@@ -116,7 +116,9 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     if not isinstance(sets, dict) or not sets:
         raise InputError(f"{document.where(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
     if name not in sets:
-        raise InputError(f"{document.where(at)}: parameters = {name}: {unknown(name, list(sets), 'parameter set')}")
+        raise InputError(
+            f"{document.where(at)}: parameters = {name}: {unknown_name_text(name, list(sets), 'parameter set')}"
+        )
     at = (*at, name)
     if not isinstance(sets[name], dict | None):
         raise InputError(
@@ -126,7 +128,7 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     return name
 
 
-def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
+def resolve_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
     """Check the data paths of ``run`` and make those outside the data folder absolute.
 
     ``folders``: those of the fabric file and of the config. Raises :class:`InputError` for a path that leaves these
@@ -151,7 +153,8 @@ def settle_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run:
         path, variant = ("fabric", "experiment_variant"), str(fabric.experiment_variant)
         if variant not in (known := variants(roots[0] / experiment)):
             raise InputError(
-                f"{layers.where(path)}: {dotted(path)} = {shown(variant)}: expected one of {', '.join(known)}, which "
+                f"{layers.where(path)}: {dotted_path(path)} = {value_excerpt(variant)}: expected one of "
+                f"{', '.join(known)}, which "
                 f"{roots[0] / experiment} has"
             )
     if macro.shear is not None and macro.shear.curve is not None:
@@ -169,7 +172,9 @@ def _settle_path(
     text: str, path: KeyPath, layers: Layers, roots: list[Path], needed: bool, is_folder: bool = False
 ) -> str:
     def refuse(expectation: str) -> InputError:
-        return InputError(f"{layers.where(path) or 'defaults'}: {dotted(path)} = {shown(text)}: {expectation}")
+        return InputError(
+            f"{layers.where(path) or 'defaults'}: {dotted_path(path)} = {value_excerpt(text)}: {expectation}"
+        )
 
     if not text or "\0" in text:
         raise refuse("expected a path")
@@ -186,7 +191,7 @@ def _settle_path(
         if not found.is_relative_to(roots[0]):
             return str(found)
         name = found.relative_to(roots[0])
-        own = namesake(found, (other / name for other in roots[1:]))
+        own = find_name_conflict(found, (other / name for other in roots[1:]))
         if own is not None and not Path(text).is_absolute():
             raise refuse(
                 f"found two different files, {own} and the shipped {found}: rename yours, or give the absolute path of "

@@ -68,7 +68,7 @@ class Distribution(Strict):
     whole: bool = Field(False, description="round to whole numbers")
 
     @model_validator(mode="after")
-    def _complete(self) -> Self:
+    def _is_complete(self) -> Self:
         wanted = ("mean", "sd") if self.kind == "normal" else ("low", "high")
         for name in wanted:
             if getattr(self, name) is None:
@@ -131,7 +131,7 @@ def _to_text(value: object) -> Any:
     return str(value) if isinstance(value, int) and not isinstance(value, bool) else value
 
 
-class Chosen(Strict):
+class FabricChoice(Strict):
     """Fabric: a shipped one or a file."""
 
     variant: Annotated[str | None, BeforeValidator(_to_text)] = Field(
@@ -143,7 +143,7 @@ class Chosen(Strict):
 Method = Literal["auto", "root", "least-squares", "differential-evolution", "optuna"]
 
 
-class CalibrationBase(Chosen):
+class CalibrationBase(FabricChoice):
     """Fabric that is calibrated, and settings that all tests share."""
 
     parameters: str | None = Field(None, description="parameter set of the fabric")
@@ -166,7 +166,7 @@ class Parameter(Strict):
     also: list[str] = Field(default_factory=list, description="other fields with the same value")
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _is_ordered(self) -> Self:
         check_order(self.low, self.high, self.spacing == "log")
         for name in ("start", "mean"):
             value = getattr(self, name)
@@ -203,7 +203,7 @@ class Target(Strict):
     weight: float = Field(1.0, gt=0, le=1e6, description="weight of the squared deviation in sd")
 
     @model_validator(mode="after")
-    def _one_kind(self) -> Self:
+    def _has_one_target(self) -> Self:
         if (self.quantity is None) == (self.curve is None):
             raise BoundsError("expected either quantity (a result) or curve (a CSV)", "quantity")
         if self.value is not None and (self.curve is not None or self.sd is None):
@@ -266,7 +266,7 @@ class Prior(Distribution):
         return self
 
 
-class Wanted(Strict):
+class StudyQuantity(Strict):
     """Result of the test, single or at several positions on an axis, and its ratios between fabrics."""
 
     result: str = Field(description="result in summary.json, such as overhang_mm")
@@ -301,7 +301,7 @@ class Statement(Strict):
     above: str | float | None = Field(None, description="lower bound: fabric or number")
 
     @model_validator(mode="after")
-    def _compares(self) -> Self:
+    def _has_bound(self) -> Self:
         if self.below is None and self.above is None:
             raise BoundsError("missing: expected below or above, with a fabric or a number", "below")
         return self
@@ -311,7 +311,9 @@ class Uncertainty(Strict):
     """Uncertainty study."""
 
     base: UncertaintyBase = Field(description="test, and settings that all runs share")
-    fabrics: dict[str, Chosen] = Field(min_length=1, max_length=6, description="fabrics by name, with equal yarns")
+    fabrics: dict[str, FabricChoice] = Field(
+        min_length=1, max_length=6, description="fabrics by name, with equal yarns"
+    )
     differ: list[str] = Field(
         default_factory=list,
         description="fields in which the fabrics may differ, such as fabric.loop_length; other differences are errors",
@@ -319,7 +321,7 @@ class Uncertainty(Strict):
     parameters: dict[str, Prior] = Field(
         min_length=2, max_length=30, description="prior by field of a run, the same for all fabrics"
     )
-    quantities: dict[str, Wanted] = Field(min_length=1, description="results to study, by name")
+    quantities: dict[str, StudyQuantity] = Field(min_length=1, description="results to study, by name")
     statements: dict[str, Statement] = Field(default_factory=dict, description="inequalities by name")
     design: Literal["saltelli", "sample"] = Field(
         "saltelli",

@@ -113,10 +113,10 @@ def describe(value: object) -> str:
         return "a list"
     if value is None:
         return "nothing"
-    return f"{'text ' if isinstance(value, str) else ''}{shown(value)}"
+    return f"{'text ' if isinstance(value, str) else ''}{value_excerpt(value)}"
 
 
-def shown(value: object, limit: int = 60) -> str:
+def value_excerpt(value: object, limit: int = 60) -> str:
     """Short single line of a value for a message."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
@@ -170,12 +170,12 @@ class _Builder:
 
     def _check(self, event: Any, path: KeyPath) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            found = shown(f"{'*' if isinstance(event, yaml.AliasEvent) else '&'}{event.anchor}")
+            found = value_excerpt(f"{'*' if isinstance(event, yaml.AliasEvent) else '&'}{event.anchor}")
             raise self._error(
                 event.start_mark, f"anchors and aliases are not allowed: write the value out instead of {found}"
             )
         if event.tag is not None:
-            raise self._error(event.start_mark, f"tags are not allowed: remove {shown(event.tag)}")
+            raise self._error(event.start_mark, f"tags are not allowed: remove {value_excerpt(event.tag)}")
         self.nodes += 1
         if self.nodes > MAX_NODES:
             raise self._error(event.start_mark, f"more than {MAX_NODES} values: not a config file")
@@ -189,7 +189,7 @@ class _Builder:
             place = (*path, key)
             if key in data:
                 first = self.lines[place]
-                raise self._error(event.start_mark, f"{dotted(place)}: duplicate key, first given in line {first}")
+                raise self._error(event.start_mark, f"{dotted_path(place)}: duplicate key, first given in line {first}")
             self.lines[place] = event.start_mark.line + 1
             data[key] = self._value(next(events), events, place)
         return data
@@ -219,13 +219,13 @@ class _Builder:
         try:
             return read_plain(event.value)
         except ValueError as error:
-            raise self._error(event.start_mark, f"{shown(event.value)}: {error}") from None
+            raise self._error(event.start_mark, f"{value_excerpt(event.value)}: {error}") from None
 
     def _error(self, mark: Any, problem: str) -> InputError:
         place = self.source if mark is None else f"{self.source}:{mark.line + 1}"
         return InputError(f"{place}: {problem}")
 
 
-def dotted(path: KeyPath) -> str:
+def dotted_path(path: KeyPath) -> str:
     """Key path as for ``--set``: ``law.points[2]``."""
     return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).lstrip(".")

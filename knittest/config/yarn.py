@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
-from knittest.config.base import BoundsError, Directed, Kernel, PerDirection, Quantity, Strict, measure, number
+from knittest.config.base import BoundsError, DirectionalNumber, Kernel, PerDirection, Quantity, Strict, measure, number
 from knittest.config.laws import InlaySection, YarnLaw
-from knittest.config.yarn_card import SETTINGS, Blend, blend_of, converted_card
+from knittest.config.yarn_card import SETTINGS, Blend, blend_of, fill_yarn_card
 
 #: steepest tangent of a table over the modulus; beyond, stresses are in another unit
 LAW_STEEPNESS = (0.1, 10.0)
@@ -87,7 +87,7 @@ class Yarn(Strict):
     @model_validator(mode="before")
     @classmethod
     def _from_data_sheet(cls, card: object) -> Any:
-        return converted_card(card, cls, cls.usual)
+        return fill_yarn_card(card, cls, cls.usual)
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -124,16 +124,16 @@ class ReinforcingYarn(Yarn):
         "slack": (0.0, "not given"),
     }
     bending_stiffness: PerDirection = measure("N mm2", "EI of one yarn", gt=0, band=(1e-4, 1e4))
-    bending_stiffness_n_mm2: ClassVar[Kernel[Directed]] = Kernel("bending_stiffness")
+    bending_stiffness_n_mm2: ClassVar[Kernel[DirectionalNumber]] = Kernel("bending_stiffness")
     crimp: PerDirection = measure(
         "%", "yarn length over fabric length minus 1, of a harmonic wave", ge=0, le=5, least=LEAST_CRIMP
     )
-    crimp_fraction: ClassVar[Kernel[Directed]] = Kernel("crimp")
+    crimp_fraction: ClassVar[Kernel[DirectionalNumber]] = Kernel("crimp")
     crimp_scatter: PerDirection = measure("1", "relative sd of the wave amplitude, from yarn to yarn", ge=0, le=0.5)
     slack: PerDirection = measure(
         "%", "slack of a yarn before it carries load: scale of a half-normal distribution", ge=0, le=2
     )
-    slack_fraction: ClassVar[Kernel[Directed]] = Kernel("slack")
+    slack_fraction: ClassVar[Kernel[DirectionalNumber]] = Kernel("slack")
     section: InlaySection | None = Field(
         None, description="elliptic sections for contact at the meso scale; none: circles of beam_diameter"
     )
@@ -189,7 +189,7 @@ class KnittingYarn(Yarn):
     )  # fmt: skip
 
     @property
-    def settled(self) -> bool:
+    def starts_relaxed(self) -> bool:
         """Tell whether meso tests start from the initial equilibrium under the contact law of the run."""
         return self.draw_in is not None or self.tension is not None or self.loop_scatter != "none"
 

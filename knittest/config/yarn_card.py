@@ -116,7 +116,7 @@ def blend_of(fibre: object) -> Blend:
     return Blend(names, tuple((share / fibre.density / volume, fibre) for share, _, fibre in rows))
 
 
-def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tuple[float, str]]) -> Any:
+def fill_yarn_card(card: object, model: type[BaseModel], usual: Mapping[str, tuple[float, str]]) -> Any:
     """Fill the ``card`` of a yarn ``model`` that names a fibre, with ``usual`` numbers; :class:`BoundsError`."""
     if not isinstance(card, Mapping):
         return card
@@ -131,7 +131,10 @@ def converted_card(card: object, model: type[BaseModel], usual: Mapping[str, tup
         if (number := number_of(stated.get(name))) is not None:
             check_bounds(number, field_meta(model, name), name)
     directed = {name for name, info in model.model_fields.items() if info.annotation is PerDirection}
-    found = {**_derive(stated), **{name: filled(value, "", why, "assumed") for name, (value, why) in usual.items()}}
+    found = {
+        **_derive(stated),
+        **{name: derived_entry(value, "", why, "assumed") for name, (value, why) in usual.items()},
+    }
     for name, entry in found.items():
         own = stated.get(name)
         if name not in directed:
@@ -153,9 +156,9 @@ def _derive(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         packing = number_of(stated.get("packing"))
         if packing is None:
             packing = PACKING
-            found["packing"] = filled(packing, "", "fibre area over the area of the circle", "assumed")
+            found["packing"] = derived_entry(packing, "", "fibre area over the area of the circle", "assumed")
         diameter = math.sqrt(4.0 * area / (math.pi * packing))
-        found["beam_diameter"] = filled(
+        found["beam_diameter"] = derived_entry(
             diameter, "mm", f"sqrt(4 x {area:.4g} mm2 / (pi x packing {packing:g})), {tex:g} tex / {blend.density:.4g} "
             "g/cm3"
         )  # fmt: skip
@@ -165,22 +168,24 @@ def _derive(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     first, strain = blend.failure(own)
     carriers = blend.carriers(strain, own)
     share = sum(v for v, _ in carriers.parts)
-    found["load_area"] = filled(
+    found["load_area"] = derived_entry(
         share * area, "mm2", f"{tex:g} tex / {blend.density:.4g} g/cm3 ({blend.name})"
         + ("" if len(carriers.parts) == len(blend.parts) else f" x {share:.3g}, the fibres that carry at failure")
     )  # fmt: skip
-    found["youngs_modulus"] = filled(
+    found["youngs_modulus"] = derived_entry(
         turned * carriers.modulus / share, "GPa", f"fibres in parallel, {carriers.modulus / share:.4g} GPa{by_twist}"
     )
     if "fracture_strain" not in stated:
         if own is None:
-            found["efficiency"] = filled(first.efficiency, "", "failure strain of the yarn over that of its filaments")
-        found["fracture_strain"] = filled(
+            found["efficiency"] = derived_entry(
+                first.efficiency, "", "failure strain of the yarn over that of its filaments"
+            )
+        found["fracture_strain"] = derived_entry(
             strain, "%", f"efficiency {strain / first.failure_strain:g} x {first.failure_strain:g} % of the filaments"
         )
     if not _is_whole(stated.get("bending_stiffness")):
         found |= _derive_bending(blend, area, diameter, number_of(stated.get("bending_share")))
-    found["torsion_ratio"] = filled(
+    found["torsion_ratio"] = derived_entry(
         sum(v * f.modulus * f.torsion_ratio for v, f in blend.parts) / blend.modulus, "", "2 G / E of the fibres"
     )
     return found
@@ -192,11 +197,11 @@ def _derive_bending(blend: Blend, area: float, diameter: float, share: float | N
     if share is None:
         share = BENDING_SHARE
         why = "cantilever tests of two fabrics gave 0.0016 and 0.0026"
-        found["bending_share"] = filled(share, "", why, "assumed")
+        found["bending_share"] = derived_entry(share, "", why, "assumed")
     free = sum(v * f.modulus * (1e-3 * f.filament_diameter) ** 2 for v, f in blend.parts) * 1e3 * area / 16.0
     solid = 1e3 * blend.modulus * area * diameter**2 / 16.0
     formula = f"free filaments {free:.4g} + bending_share {share:g} x (solid {solid:.4g} - free)"
-    return found | {"bending_stiffness": filled(free + share * (solid - free), "N mm2", formula)}
+    return found | {"bending_stiffness": derived_entry(free + share * (solid - free), "N mm2", formula)}
 
 
 def _cosine_squared(twist: float, diameter: float) -> float:
@@ -248,7 +253,7 @@ def is_filled(entry: Any) -> bool:
     return ref.startswith(MARK) and value is not None and ref.rpartition(" = ")[2].split(" ")[0] == f"{value:.6g}"
 
 
-def filled(value: float, unit: str, formula: str, source: str = "derived") -> dict[str, Any]:
+def derived_entry(value: float, unit: str, formula: str, source: str = "derived") -> dict[str, Any]:
     """Entry of a number derived by ``formula``; :func:`is_filled` recognises it."""
     return {"value": value, "source": source, "ref": f"{MARK}{formula} = {value:.6g} {unit}".rstrip()}
 

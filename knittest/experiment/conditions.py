@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, get_args
 
 from knittest.base.errors import InputError
-from knittest.base.kinds import names
+from knittest.base.kinds import test_names
 from knittest.config.fabric import Direction
 from knittest.experiment import lab_conditions as lab
 
@@ -50,7 +50,7 @@ def conditions_of(texts: Mapping[str, tuple[str, str]]) -> Conditions:
     Raises :class:`InputError` for an unknown test or direction, and for an implausible size.
     """
     found: dict[str, Any] = {}
-    for name, known in {"test": names("laboratory"), "direction": get_args(Direction)}.items():
+    for name, known in {"test": test_names("laboratory"), "direction": get_args(Direction)}.items():
         if name in texts:
             value, where = texts[name]
             if value not in known:
@@ -62,11 +62,11 @@ def conditions_of(texts: Mapping[str, tuple[str, str]]) -> Conditions:
             size = float(text)
         except ValueError:
             raise InputError(f"{where}: {name}: {text!r}; expected a number [{SIZES[name].unit}]") from None
-        found[name] = SIZES[name].plausible(size, f"{where}: {name}:")
-    return checked(Conditions(**found), next((where for _, where in texts.values()), ""))
+        found[name] = SIZES[name].check_plausible(size, f"{where}: {name}:")
+    return check_sides(Conditions(**found), next((where for _, where in texts.values()), ""))
 
 
-def checked(conditions: Conditions, where: str) -> Conditions:
+def check_sides(conditions: Conditions, where: str) -> Conditions:
     """Return ``conditions``; raises :class:`InputError` for a fabric larger than its frame."""
     frame, fabric = conditions.frame_side_mm, conditions.fabric_side_mm
     if frame is not None and fabric is not None and fabric > frame * (1.0 + lab.SAME):
@@ -77,7 +77,7 @@ def checked(conditions: Conditions, where: str) -> Conditions:
     return conditions
 
 
-def agreed(stated: Conditions, given: Conditions, where: str) -> Conditions:
+def merge_conditions(stated: Conditions, given: Conditions, where: str) -> Conditions:
     """Conditions that the file ``where`` has ``stated``, with those that a user has ``given`` by options.
 
     Raises :class:`InputError` where they contradict each other.
@@ -89,13 +89,13 @@ def agreed(stated: Conditions, given: Conditions, where: str) -> Conditions:
         if other in (None, ""):
             continue
         if field.name in SIZES:
-            SIZES[field.name].plausible(other, option)
-        if one not in (None, "") and not same(one, other):
+            SIZES[field.name].check_plausible(other, option)
+        if one not in (None, "") and not values_agree(one, other):
             raise InputError(f"{where}: the header states {field.name}: {one}, but {option} is {other}; correct one")
         found[field.name] = other if one in (None, "") else one
-    return checked(replace(stated, **found), where)
+    return check_sides(replace(stated, **found), where)
 
 
-def same(one: Any, other: Any) -> bool:
+def values_agree(one: Any, other: Any) -> bool:
     """Return whether two texts are equal, or two sizes agree within :data:`lab.SAME`."""
     return bool(one == other if isinstance(one, str) else abs(one - other) <= lab.SAME * one)

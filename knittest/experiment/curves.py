@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir, read_regular
-from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, agreed, conditions_of
-from knittest.experiment.lab_conditions import GAUGE, WIDTH, Said, said_by
+from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of, merge_conditions
+from knittest.experiment.lab_conditions import GAUGE, WIDTH, StatedDirection, find_direction
 from knittest.experiment.lab_rows import read_rows
 from knittest.experiment.lab_strips import read_strips
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import ReadOptions
 from knittest.experiment.lab_units import decimal_mark, read_number
 from knittest.materials.trellis import ANGLE, NORMALISED, normalised_force
 
@@ -59,7 +59,7 @@ Notes = dict[str, tuple[str, str]]
 MAX_BYTES = 10_000_000
 #: columns of a tensile force: of the whole strip, and per width
 FORCE, FORCE_PER_WIDTH = "force_n", "force_n_per_mm"
-TAKEN = "the file has no '# kind:' line and counts as measured"
+DEFAULT_KIND_NOTE = "the file has no '# kind:' line and counts as measured"
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,10 @@ class ReferenceCurve:
 
 def find_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     """:func:`load_curve` of ``path``, or of that file in the shipped data."""
-    return load_curve(located(path), given)
+    return load_curve(resolve_path(path), given)
 
 
-def located(path: Path) -> Path:
+def resolve_path(path: Path) -> Path:
     """Return ``path``, or the file of that name in the shipped data if only that exists."""
     shipped = data_dir() / path
     return shipped if not path.exists() and shipped.is_file() else path
@@ -113,7 +113,7 @@ def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     except UnicodeDecodeError:
         return _read_laboratory_curve(path, given)
     notes = _read_notes(path, lines)
-    conditions = agreed(conditions_of(notes), given, str(path))
+    conditions = merge_conditions(conditions_of(notes), given, str(path))
     per_width = any(FORCE_PER_WIDTH in line for line in lines if not line.startswith("#"))
     if "kind" not in notes and not per_width:
         return _read_laboratory_curve(path, conditions)
@@ -124,12 +124,12 @@ def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     source, _ = notes.get("source", (path.name, ""))
     return ReferenceCurve(
         kind, rows[:, 0], rows[:, 1], rows[:, 2] if rows.shape[1] > 2 else None, x_name, y_name, source,  # type: ignore[arg-type]
-        _read_peak(path, notes, y_name, conditions), "" if "kind" in notes else TAKEN,
-        _add_direction(conditions, said_by(path, ())), str(path),
+        _read_peak(path, notes, y_name, conditions), "" if "kind" in notes else DEFAULT_KIND_NOTE,
+        _add_direction(conditions, find_direction(path, ())), str(path),
     )  # fmt: skip
 
 
-def _add_direction(conditions: Conditions, said: Said | None) -> Conditions:
+def _add_direction(conditions: Conditions, said: StatedDirection | None) -> Conditions:
     return conditions if conditions.direction or said is None else replace(conditions, direction=said.direction)
 
 
@@ -166,16 +166,26 @@ def _read_laboratory_curve(path: Path, conditions: Conditions) -> ReferenceCurve
     if sheared is not None:
         angle, force, name = sheared
         return ReferenceCurve(
-            "measured", angle, force, None, ANGLE, name, path.name, note=TAKEN, conditions=conditions, file=str(path)
+            "measured",
+            angle,
+            force,
+            None,
+            ANGLE,
+            name,
+            path.name,
+            note=DEFAULT_KIND_NOTE,
+            conditions=conditions,
+            file=str(path),
         )
     sizes = {what.key: size for what in (WIDTH, GAUGE) if (size := getattr(conditions, what.key)) is not None}
-    specimens = read_strips(path, Given(sizes=sizes))
+    specimens = read_strips(path, ReadOptions(sizes=sizes))
     if len(specimens) > 1:
         raise InputError(f"{path}: {len(specimens)} specimens; average them with knittest data import first")
     (one,) = specimens
     found = replace(_add_direction(conditions, one.said), strip_width_mm=one.width, gauge_length_mm=one.gauge)
     return ReferenceCurve(
-        "measured", one.strain, one.force, None, "strain_pct", FORCE, path.name, note=TAKEN, conditions=found,
+        "measured", one.strain, one.force, None, "strain_pct", FORCE, path.name,
+        note=DEFAULT_KIND_NOTE, conditions=found,
         file=str(path),
     )  # fmt: skip
 
@@ -207,7 +217,7 @@ def _read_row(path: Path, number: int, line: str, columns: int) -> list[float]:
 # width [N/mm], for a frame the normalised shear force F_s L_frame / L_fabric^2 of :mod:`knittest.materials.trellis`.
 
 
-def per_width(curve: ReferenceCurve) -> ReferenceCurve:
+def to_force_per_width(curve: ReferenceCurve) -> ReferenceCurve:
     """Convert a tensile ``curve`` to force per width [N/mm]; raises :class:`InputError` without a strip width."""
     if curve.y_name == FORCE_PER_WIDTH:
         return curve
@@ -222,16 +232,20 @@ def per_width(curve: ReferenceCurve) -> ReferenceCurve:
     return _divide(curve, width, FORCE_PER_WIDTH)
 
 
-def for_width(curve: ReferenceCurve, width: float) -> ReferenceCurve:
-    """Scale a tensile ``curve`` to the force [N] of a ``width`` [mm], with a note; raises as :func:`per_width`."""
+def scale_to_width(curve: ReferenceCurve, width: float) -> ReferenceCurve:
+    """Scale a tensile ``curve`` to the force [N] of a ``width`` [mm], with a note; raises as
+    :func:`to_force_per_width`.
+    """
     own = curve.conditions.strip_width_mm
-    scaled = _divide(per_width(curve), 1.0 / width, FORCE)
+    scaled = _divide(to_force_per_width(curve), 1.0 / width, FORCE)
     if own is None:
-        return noted(scaled, f"given per width, scaled to {width:g} mm")
-    return scaled if math.isclose(own, width, rel_tol=EXACT) else noted(scaled, f"scaled from {own:g} to {width:g} mm")
+        return add_note(scaled, f"given per width, scaled to {width:g} mm")
+    return (
+        scaled if math.isclose(own, width, rel_tol=EXACT) else add_note(scaled, f"scaled from {own:g} to {width:g} mm")
+    )
 
 
-def normalised(curve: ReferenceCurve) -> ReferenceCurve:
+def normalise_force(curve: ReferenceCurve) -> ReferenceCurve:
     """Convert a frame's ``curve`` to normalised shear force [N/mm]; raises :class:`InputError` without its sides."""
     if curve.y_name == NORMALISED:
         return curve
@@ -247,10 +261,10 @@ def normalised(curve: ReferenceCurve) -> ReferenceCurve:
     force = normalised_force(curve.mean, angle, fabric, frame)
     sd = None if curve.sd is None else normalised_force(curve.sd, angle, fabric, frame)
     note = f"normalised with the tested sides, fabric {fabric:g} mm and frame {frame:g} mm"
-    return noted(replace(curve, mean=force, sd=sd, y_name=NORMALISED), note)
+    return add_note(replace(curve, mean=force, sd=sd, y_name=NORMALISED), note)
 
 
-def noted(curve: ReferenceCurve, note: str) -> ReferenceCurve:
+def add_note(curve: ReferenceCurve, note: str) -> ReferenceCurve:
     """Add ``note`` to the note of ``curve``."""
     return replace(curve, note="; ".join(filter(None, (curve.note, note))))
 

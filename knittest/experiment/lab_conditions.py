@@ -28,7 +28,7 @@ SAME = 0.005
 SERIES = 0.05
 
 
-def within(value: float, model: type[BaseModel] | str, field: str, said: str, more: str = "") -> float:
+def check_within_bounds(value: float, model: type[BaseModel] | str, field: str, said: str, more: str = "") -> float:
     """Return ``value``; raises InputError outside the bounds of a ``field`` of ``model``, or of that rig."""
     try:
         check_bounds(value, field_meta(rig_model(model) if isinstance(model, str) else model, field))
@@ -58,16 +58,16 @@ class Condition:
 
     def names(self, cell: str, tiers: Iterable[int] | None = None) -> bool:
         """Return whether ``cell`` names this condition by a label of one of the ranks ``tiers``."""
-        return any(lab_units.labels(self.key, cell, tier) for tier in (self.tiers if tiers is None else tiers))
+        return any(lab_units.is_label(self.key, cell, tier) for tier in (self.tiers if tiers is None else tiers))
 
     @property
     def tiers(self) -> range:
         """Ranks of labels; a label counts if the file has none of an earlier rank."""
-        return range(len(lab_units.table()["conditions"].get(self.key, {}).get("tiers", ())))
+        return range(len(lab_units.name_table()["conditions"].get(self.key, {}).get("tiers", ())))
 
-    def plausible(self, value: float, said: str) -> float:
+    def check_plausible(self, value: float, said: str) -> float:
         """Return ``value`` [unit]; raises :class:`InputError` outside the field's bounds, with the likely unit."""
-        return within(value, self.model, self.bounds, f"{said} {value:g}") if self.bounds else value
+        return check_within_bounds(value, self.model, self.bounds, f"{said} {value:g}") if self.bounds else value
 
 
 GAUGE = Condition("gauge_length_mm", "gauge length", "--gauge-length", "mm", "tensile", "gauge_length")
@@ -96,12 +96,12 @@ CYCLES = Condition("cycles", "number of cycles", "", "1", "picture-frame", "cycl
 CYCLE_ANGLE = Condition("cycle_angle_deg", "reversal angle of the cycles", "", "deg", "picture-frame", "max_angle")
 
 
-def same(one: float, other: float) -> bool:
+def sizes_agree(one: float, other: float) -> bool:
     """Return whether two numbers agree within :data:`SAME`."""
     return abs(one - other) <= SAME * abs(other)
 
 
-def known(
+def find_condition(
     what: Condition, table: LabTable, given: Mapping[str, float], number: int = 0, tiers: Sequence[int] | None = None
 ) -> float | None:
     """Value of ``what`` in the head of ``table``, a column or ``given``, which must agree; ``None`` if not stated.
@@ -119,7 +119,7 @@ def known(
         )
     places += _read_column(what, table, named[number if len(named) > 1 else 0]) if named else []
     for value, place in places[1:]:
-        if not same(value, places[0][0]):
+        if not sizes_agree(value, places[0][0]):
             raise InputError(
                 f"{place}: {what.name} {value:g} {what.unit}, but {places[0][1]} states {places[0][0]:g} {what.unit}; "
                 "keep the right value, or put specimens of different size into separate files"
@@ -127,9 +127,9 @@ def known(
     own = given.get(what.key) if tiers is None else None
     if own is None:
         return places[0][0] if places else None
-    what.plausible(own, what.option)
+    what.check_plausible(own, what.option)
     for value, place in places[:1]:
-        if not same(own, value):
+        if not sizes_agree(own, value):
             raise InputError(
                 f"{place}: {what.name} {value:g} {what.unit}, but {what.option} is {own:g} {what.unit}; correct one"
             )
@@ -139,7 +139,7 @@ def known(
 def _read_head(what: Condition, table: LabTable, tier: int) -> list[Place]:
     """Read the values in rows above ``table`` with a label of rank ``tier``."""
     return [
-        (what.plausible(*value), f"{table.place}:{line}")
+        (what.check_plausible(*value), f"{table.place}:{line}")
         for line, cells in table.head
         for k, cell in enumerate(cells)
         if what.names(_split(cell)[0], [tier]) and (value := _read_value(what, table, line, cells[k:])) is not None
@@ -155,7 +155,7 @@ def _read_column(what: Condition, table: LabTable, column: int) -> list[Place]:
             places.setdefault(float(value) * factor, f"{table.place}:{line}")
     if not places:
         raise InputError(f"{table.where}: column {name!r} is empty; remove it and give {what.option} [{what.unit}]")
-    return [(what.plausible(value, f"{place}: {name}"), place) for value, place in places.items()]
+    return [(what.check_plausible(value, f"{place}: {name}"), place) for value, place in places.items()]
 
 
 def _split(cell: str) -> tuple[str, str]:
@@ -174,27 +174,27 @@ def _read_value(what: Condition, table: LabTable, line: int, cells: Sequence[str
         return None
     unit = found[2].strip()
     if not unit and len(behind) > 1 and not NUMBER.match(behind[1]):
-        labels_another = len(behind) > 2 and _VALUE.match(behind[2]) and not lab_units.known(behind[1], what.units)
+        labels_another = len(behind) > 2 and _VALUE.match(behind[2]) and not lab_units.find_unit(behind[1], what.units)
         unit = "" if labels_another else behind[1]
     own = re.fullmatch(r"[+-]?\d+([.,])(\d*)", found[1])  # a mark that cannot stand for thousands is its own
     value = read_number(table.place, line, found[1], own[1] if own and len(own[2]) != 3 else table.mark)
     plain = re.sub(r"\(([^()]*)\)", lambda text: text[0] if lab_units.is_unit(text[1]) else "", label)
-    named = lab_units.stated(plain, unit, what.units, f"{table.place}:{line}") or what.unit
+    named = lab_units.find_stated_unit(plain, unit, what.units, f"{table.place}:{line}") or what.unit
     return value * what.units[named], f"{table.place}:{line}: {label}"
 
 
-def unstated(missing: Sequence[Condition], path: object) -> InputError:
+def unstated_error(missing: Sequence[Condition], path: object) -> InputError:
     """Error for a file that does not state the conditions ``missing``."""
     names = " and no ".join(w.name for w in missing)
     options = " and ".join(f"{w.option} [{w.unit}]" for w in missing)
     return InputError(f"{path}: the file states no {names}: give {options}")
 
 
-def common(what: Condition, values: Sequence[float | None], specimens: Sequence[object]) -> float:
+def common_value(what: Condition, values: Sequence[float | None], specimens: Sequence[object]) -> float:
     """Mean of ``what`` over specimens, or files; raises :class:`InputError` if one lacks it or differs."""
     paths = [getattr(one, "path", one) for one in specimens]
     if None in values:
-        raise unstated([what], paths[list(values).index(None)])
+        raise unstated_error([what], paths[list(values).index(None)])
     found = [v for v in values if v is not None]
     for value, path in zip(found, paths, strict=True):
         if abs(value - found[0]) > SERIES * found[0]:
@@ -206,20 +206,20 @@ def common(what: Condition, values: Sequence[float | None], specimens: Sequence[
 
 
 @dataclass(frozen=True)
-class Said:
+class StatedDirection:
     """A direction and the place that states it: a row, the file name or the folder name."""
 
     direction: Direction
     where: str
 
 
-def said_by(path: Path, head: Iterable[Row]) -> Said | None:
+def find_direction(path: Path, head: Iterable[Row]) -> StatedDirection | None:
     """Find the direction in ``head``, the file name or the folder name; ``None`` if none of them names just one."""
     rows = ((f"{path}:{line}", " ".join(cells)) for line, cells in head)
     names = ((f"{path}: the file name", path.stem), (f"{path}: the folder name", path.parent.name))
     for where, text in (*rows, *names):
-        plain = lab_units.pattern("directions", "fabric").sub(" ", lab_units.plainly(text))
+        plain = lab_units.pattern("directions", "fabric").sub(" ", lab_units.clean_name(text))
         named = [direction for direction in get_args(Direction) if lab_units.matches(plain, "directions", direction)]
         if len(named) == 1:
-            return Said(named[0], where)
+            return StatedDirection(named[0], where)
     return None

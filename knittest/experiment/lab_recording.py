@@ -10,10 +10,16 @@ from typing import Any, TypeVar
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.config.yaml_loader import shown
+from knittest.config.yaml_loader import value_excerpt
 from knittest.experiment import lab_units
-from knittest.experiment.lab_conditions import Condition, Said, known, said_by, unstated
-from knittest.experiment.lab_table import Array, Given, LabTable, Wanted, read_tables
+from knittest.experiment.lab_conditions import (
+    Condition,
+    StatedDirection,
+    find_condition,
+    find_direction,
+    unstated_error,
+)
+from knittest.experiment.lab_table import Array, LabTable, ReadOptions, Wanted, read_tables
 from knittest.experiment.lab_units import has_number
 
 SpecimenT = TypeVar("SpecimenT")
@@ -26,7 +32,7 @@ class Origin:
     name: str
     _: KW_ONLY
     path: Path = Path()
-    said: Said | None = None
+    said: StatedDirection | None = None
     unit: str = "N"
     notes: tuple[str, ...] = ()
 
@@ -49,7 +55,7 @@ class Recording:
     table: LabTable
     group: Sequence[int]
     number: int
-    given: Given
+    given: ReadOptions
     wanted: Wanted
     values: dict[str, Array] = field(default_factory=dict)
     columns: dict[str, int] = field(default_factory=dict)
@@ -81,28 +87,28 @@ class Recording:
             raise InputError(f"{self.where}: column {self.title('strain')!r} is a strain; expected a travel [mm]")
         return self.values["travel"]
 
-    def known(self, what: Condition, tiers: Sequence[int] | None = None) -> float | None:
+    def find(self, what: Condition, tiers: Sequence[int] | None = None) -> float | None:
         """Return ``what`` as stated by the file or the user; ``None`` if it is not stated."""
-        return known(what, self.table, self.given.sizes, self.number, tiers)
+        return find_condition(what, self.table, self.given.sizes, self.number, tiers)
 
-    def needed(self, *wanted: Condition) -> list[float]:
+    def require(self, *wanted: Condition) -> list[float]:
         """Return all of ``wanted``; raises :class:`InputError` with the options of those that are not stated."""
-        values = [self.known(what) for what in wanted]
+        values = [self.find(what) for what in wanted]
         if missing := [what for what, value in zip(wanted, values, strict=True) if value is None]:
-            raise unstated(missing, self.path)
+            raise unstated_error(missing, self.path)
         return [value for value in values if value is not None]
 
     def origin(
         self, used: Mapping[int, str], why: Mapping[int, str] = MappingProxyType({}), notes: Sequence[str] = ()
     ) -> dict[str, Any]:
         """Return the fields of :class:`Origin`; notes list the columns ``used`` and ``why`` others are not."""
-        words, names, roles = lab_units.table()["unused"], self.table.names, self.table.roles
+        words, names, roles = lab_units.name_table()["unused"], self.table.names, self.table.roles
         left = [k for k in self.group if k not in used and names[k].strip()]
         reasons = [f"{names[k]!r} ({why.get(k) or words.get(roles[k], words['other'])})" for k in left]
         columns = ["columns used: " + ", ".join(f"{names[k]!r} ({what})" for k, what in used.items())]
         columns += ["columns not used: " + ", ".join(reasons)] if reasons else []
         notes = tuple(dict.fromkeys([*columns, *notes, *self.table.notes, *self.notes]))
-        said = said_by(self.path, self.table.head)
+        said = find_direction(self.path, self.table.head)
         return {"name": self.name, "path": self.path, "said": said, "unit": self.unit, "notes": notes}
 
     def read(self, optional: Sequence[str] = (), unit_needed: bool = False) -> dict[str, Any]:
@@ -137,7 +143,7 @@ class Recording:
             line, row = table.body[partly[0]]
             cell = next((row[c] for c in which if c < len(row) and not has_number(row[c])), "")
             rows = f"{len(partly)} row{'s' * (len(partly) > 1)}"
-            note = f"{rows} with empty cells skipped, the first at {table.place}:{line}: {shown(cell)}"
+            note = f"{rows} with empty cells skipped, the first at {table.place}:{line}: {value_excerpt(cell)}"
         kept = np.flatnonzero(~empty.any(axis=1))
         if len(kept) < 2:
             raise InputError(f"{self.where} has {len(kept)} points; at least two are needed{note and f' ({note})'}")
@@ -153,7 +159,7 @@ class Recording:
     def unit_of(self, column: int, needed: bool = False) -> tuple[str, float]:
         """Return unit (N or mm by default unless ``needed``) and factor to N, mm, %, deg, kPa of a column."""
         name, where = self.table.names[column], f"{self.table.where}: column {self.table.names[column]!r}"
-        entry = lab_units.table()["columns"][self.table.roles[column]]
+        entry = lab_units.name_table()["columns"][self.table.roles[column]]
         quantities: list[str] = entry["quantity"]
         units = {unit: factor for quantity in quantities for unit, factor in lab_units.QUANTITIES[quantity].items()}
         if "force" in quantities and self.is_kind(column, "per_width"):
@@ -168,15 +174,15 @@ class Recording:
         return unit, units[unit]
 
 
-def reader(
+def make_reader(
     wanted: Wanted, words: str, specimen: Callable[[Recording], SpecimenT], **more: Any
-) -> Callable[[Path, Given], list[SpecimenT]]:
+) -> Callable[[Path, ReadOptions], list[SpecimenT]]:
     """Return a function that reads the :func:`recordings` of a file into specimens."""
     return lambda path, given: [specimen(r) for r in recordings(path, given, wanted, words, **more)]
 
 
 def recordings(
-    path: Path, given: Given, wanted: Wanted, words: str, *, own: tuple[str, ...] = (), shared: bool = False
+    path: Path, given: ReadOptions, wanted: Wanted, words: str, *, own: tuple[str, ...] = (), shared: bool = False
 ) -> list[Recording]:
     """Read the specimens of the file ``path``, one for each column of the first of the ``wanted`` roles.
 
@@ -193,17 +199,17 @@ def recordings(
 
 
 def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> list[list[int]]:
-    leads, others = table.having(lead), table.having(*moves)
+    leads, others = table.columns_of_roles(lead), table.columns_of_roles(*moves)
     if len(leads) < 2 or not others:
         return [list(range(len(table.names)))]
-    for timed in (table.having("time"), []):
+    for timed in (table.columns_of_roles("time"), []):
         relevant = sorted([*leads, *others, *timed])
         size, rest = divmod(len(relevant), len(leads))
         kinds = [table.roles[k] for k in relevant]
         if not rest and size > 1 and kinds == kinds[:size] * len(leads):
             starts = [0, *(relevant[k * size] for k in range(1, len(leads))), len(table.names)]
             return [list(range(a, b)) for a, b in pairwise(starts)]
-    beside = [cs for role in set(table.roles) - {lead, *moves} if len(cs := table.having(role)) == len(leads)]
+    beside = [cs for role in set(table.roles) - {lead, *moves} if len(cs := table.columns_of_roles(role)) == len(leads)]
     first: dict[int, int] = {}
     found: list[list[int]] = []
     for at, k in enumerate(leads):

@@ -13,13 +13,13 @@ import numpy as np
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import COLUMNS, write_atomic
-from knittest.base.kinds import DEFAULT, kinds, names
-from knittest.config.starting import FABRIC
+from knittest.base.kinds import DEFAULT, kinds, test_names
+from knittest.config.templates import FABRIC
 from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.statistics import Array, Corridor, mean_sd
 
 #: columns of a table that is shown: head, format and values
-Shown = Sequence[tuple[str, str, Array]]
+TableColumns = Sequence[tuple[str, str, Array]]
 #: statistics of the imports of an experiment by their folders
 Tests = Mapping[str, dict[str, Any]]
 
@@ -68,7 +68,7 @@ class Results:
     conditions: Sequence[tuple[Condition, float]]
     what: tuple[str, str]
     digests: Sequence[str]
-    shown: Shown = ()
+    shown: TableColumns = ()
     remarks: Sequence[str] = ()
     curves: Curves | None = None
     test: str = ""
@@ -78,7 +78,7 @@ class Results:
 
     def source(self, out: Path) -> str:
         """Citation of the results."""
-        specimens = f"{counted(len(next(iter(self.found.values()))), self.what[0])} {self.what[1]}"
+        specimens = f"{count_text(len(next(iter(self.found.values()))), self.what[0])} {self.what[1]}"
         return ", ".join(filter(None, (out.resolve().name, specimens.strip(), self.direction)))
 
     def notes(self, out: Path) -> list[str]:
@@ -104,7 +104,7 @@ class Results:
         return known
 
 
-def table_lines(names: Sequence[str], shown: Shown) -> list[str]:
+def table_lines(names: Sequence[str], shown: TableColumns) -> list[str]:
     """Write a table of specimens, mean and sd; an unknown standard deviation is a dash."""
     first = max(len("specimen"), *map(len, names))
     rows = [f"{name:<{first}}" for name in ("specimen", *names, "mean", "sd")]
@@ -124,30 +124,32 @@ def folder_name(test: str, direction: str) -> str:
     return direction if test == DEFAULT else f"{test}-{direction}".removesuffix("-")
 
 
-def of_directions(tests: Tests, test: str) -> dict[str, dict[str, Any]]:
+def statistics_by_direction(tests: Tests, test: str) -> dict[str, dict[str, Any]]:
     """Statistics of ``test`` by the directions that were tested, of which some tests have none."""
     return {d: tests[name] for d in (*DIRECTIONS, "") if (name := folder_name(test, d)) in tests}
 
 
-def counted(n: int, what: str) -> str:
+def count_text(n: int, what: str) -> str:
     """Count in words: 1 strip, 5 strips."""
     return f"{n} {what}{'s' if n > 1 else ''}"
 
 
-def quantity(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:
+def quantity_entry(found: dict[str, Any], source: str, ref: str) -> dict[str, Any]:
     """Field of a fabric file, with the standard deviation if it is known."""
     scatter = {} if found["sd"] is None else {"sd": float(f"{found['sd']:.6g}")}
     return {"value": float(f"{found['mean']:.6g}"), **scatter, "source": source, "ref": ref}
 
 
-def _imports() -> list[tuple[str, str]]:
+def _possible_imports() -> list[tuple[str, str]]:
     """Test and direction of all possible imports."""
-    return [(test, d) for test in names("laboratory") for d in (DIRECTIONS if kinds()[test].directional else ("",))]
+    return [
+        (test, d) for test in test_names("laboratory") for d in (DIRECTIONS if kinds()[test].directional else ("",))
+    ]
 
 
 def source_text() -> str:
     """Text of a SOURCE.md to fill in, with the names of the files of all tests."""
-    parts = {test: "*" if kinds()[test].directional else "" for test in names("laboratory")}
+    parts = {test: "*" if kinds()[test].directional else "" for test in test_names("laboratory")}
     tables = ", ".join(f"`{table_name(test, part)}`" for test, part in parts.items())
     folders = ", ".join(f"`{folder_name(test, part)}/`" for test, part in parts.items() if test != DEFAULT)
     items = [f"- {item.format(tables=tables, default=DEFAULT, folders=folders)}" for item in ITEMS]
@@ -157,7 +159,7 @@ def source_text() -> str:
 def read_statistics(out: Path) -> dict[str, dict[str, Any]]:
     """Read the statistics of the imports in ``out`` by folder; raises :class:`InputError` for a damaged file."""
     found = {}
-    for name in (folder_name(*one) for one in _imports()):
+    for name in (folder_name(*one) for one in _possible_imports()):
         path = out / name / STATISTICS
         if path.is_file():
             try:
@@ -196,7 +198,7 @@ def write_results(out: Path, results: Results) -> str:
 def _make_folder(out: Path, test: str, direction: str) -> Path:
     """Make the folder of this import, without earlier specimens; raises :class:`InputError` for other files in it."""
     inner = out / folder_name(test, direction)
-    own = {SOURCE_FILE, FABRIC, *(name(*one) for one in _imports() for name in (folder_name, table_name))}
+    own = {SOURCE_FILE, FABRIC, *(name(*one) for one in _possible_imports() for name in (folder_name, table_name))}
     for folder in (out, inner):
         if folder.exists() and not folder.is_dir():
             raise InputError(f"--out {out}: {folder} is a file; choose a new or empty folder")
@@ -215,7 +217,7 @@ def _make_folder(out: Path, test: str, direction: str) -> Path:
 
 
 def _table_text(out: Path, results: Results, known: Mapping[str, Any]) -> str:
-    """Tidy rows as :func:`knittest.experiment.tables.published` reads them."""
+    """Tidy rows as :func:`knittest.experiment.tables.published_rows` reads them."""
     import pandas as pd
 
     rows: list[tuple[object, ...]] = []
@@ -238,12 +240,12 @@ def _curve_text(notes: Sequence[str], columns: Mapping[str, Array]) -> str:
 
 
 def _plot(curves: Curves, path: Path) -> None:
-    from knittest.base.figure import BLUE, dress, new_figure, save
+    from knittest.base.figure import BLUE, new_figure, save, style_axes
 
     band = curves.band
     figure = new_figure(7.0, 5.0)
     axes = figure.add_axes((0.12, 0.13, 0.84, 0.8))
-    dress(axes)
+    style_axes(axes)
     for x, y in curves.each:
         axes.plot(x, y, color="0.6", linewidth=0.8)
     if band.n > 1:

@@ -12,7 +12,7 @@ from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.files import read_regular
-from knittest.config.yaml_loader import shown
+from knittest.config.yaml_loader import value_excerpt
 from knittest.experiment import lab_units
 from knittest.experiment.lab_units import NUMBER
 
@@ -56,7 +56,7 @@ def read_sheets(path: Path, delimiter: str | None = None) -> list[tuple[str, lis
     text = _normalise(_decode(path, raw))
     delimiter = _find_delimiter(text) if delimiter is None else delimiter
     if len(delimiter) != 1 or delimiter in '"\r\n':
-        raise InputError(f"--delimiter {shown(delimiter)}: expected one character")
+        raise InputError(f"--delimiter {value_excerpt(delimiter)}: expected one character")
     return [("", _split_rows(path, text, delimiter))]
 
 

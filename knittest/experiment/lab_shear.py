@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_conditions import within
+from knittest.experiment.lab_conditions import check_within_bounds
 from knittest.experiment.lab_recording import Origin, Recording
 from knittest.experiment.lab_results import Curves
 from knittest.experiment.lab_table import Array, Preload, Sign, noise
@@ -28,13 +28,13 @@ JITTER = 0.01
 APART = 3.0
 
 
-def drawn(travel: Array, sign: Sign) -> Array:
+def to_rising_travel(travel: Array, sign: Sign) -> Array:
     """Return ``travel`` (n,) as rising; if tension counts as negative, it may be negative too."""
     falls = travel[0] - travel.min() > travel.max() - travel[0]
     return -travel if sign == "negative" and falls else travel
 
 
-def pulled(force: Array, sign: Sign, where: str) -> Array:
+def to_tension_force(force: Array, sign: Sign, where: str) -> Array:
     """Return ``force`` [N], (n,), positive in tension; raises :class:`InputError` if it contradicts ``sign``."""
     signed = -force if sign == "negative" else force
     top, bottom = float(signed.max()), float(signed.min())
@@ -47,7 +47,7 @@ def pulled(force: Array, sign: Sign, where: str) -> Array:
     return signed
 
 
-def tared(force: Array, preload: Preload | None, where: str, limit: tuple[str, float] | None = None) -> Array:
+def remove_preload(force: Array, preload: Preload | None, where: str, limit: tuple[str, float] | None = None) -> Array:
     """Remove the preload of ``force`` [N], (n,), if stated; raises InputError for a large one that is not stated."""
     first, (name, other) = float(force[0]), limit or ("its maximum is", float(np.abs(force).max()))
     if preload is None and abs(first) > TARE * abs(other):
@@ -68,7 +68,7 @@ def first_loading(travel: Array) -> tuple[NDArray[np.intp], bool]:
     return np.flatnonzero(rising), bool(len(back))
 
 
-def refuse_apart(specimens: Sequence[Origin], values: Array, what: str, unit: str) -> None:
+def refuse_outliers(specimens: Sequence[Origin], values: Array, what: str, unit: str) -> None:
     """Raise :class:`InputError` for a specimen whose value is a factor :data:`APART` off the median of the others."""
     if len(values) < 2:
         return
@@ -125,7 +125,7 @@ FORCES = (5e-4, 20.0)
 
 
 @dataclass(frozen=True)
-class Tested:
+class ShearSetup:
     """Specimen of ``test`` whose ``angle`` [rad] follows from a travel [mm] up to the ``longest``. Messages use its
     ``words``, its state ``square`` at zero and the ``options`` of its size. A strain is travel over ``length`` [mm].
     """
@@ -139,12 +139,12 @@ class Tested:
     length: float | None = None
 
 
-def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Array, Array]]:
-    """Return the fields of :class:`Sheared` from the square state on, and angle and force of all rows."""
+def shear_curve(r: Recording, tested: ShearSetup) -> tuple[dict[str, Any], tuple[Array, Array]]:
+    """Return the fields of :class:`ShearLoading` from the square state on, and angle and force of all rows."""
     role, given = _travel_role(r, tested), r.given
-    moved, force = drawn(r.values[role], given.sign), r.values["force"]
+    moved, force = to_rising_travel(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
-    first = pulled(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
+    first = to_tension_force(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
     force = -force if given.sign == "negative" else force
     factor = r.factors[role]
     angle = _shear_angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
@@ -155,10 +155,12 @@ def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Arr
             "if the values are right"
         )
     if angle[0] <= SQUARE:
-        free = tared(first, given.preload, r.where)
+        free = remove_preload(first, given.preload, r.where)
         first, force = free, force - (first[0] - free[0])
     end = float(angle[rows[-1]])
-    within(end, tested.test, "max_angle", f"{r.where}: a shear angle of {end:.4g} deg", ": check its unit and zero")
+    check_within_bounds(
+        end, tested.test, "max_angle", f"{r.where}: a shear angle of {end:.4g} deg", ": check its unit and zero"
+    )
     if len(rows) < 3 or end < LEAST:
         looks = f" (it looks like rad: {np.rad2deg(end):.4g} deg)" if 0.1 < end < 1.4 else ""
         raise InputError(
@@ -169,7 +171,7 @@ def shear_curve(r: Recording, tested: Tested) -> tuple[dict[str, Any], tuple[Arr
     return {"angle": angle[rows][sheared], "force": first[sheared], "turned": turned}, (angle, force)
 
 
-def _travel_role(r: Recording, tested: Tested) -> str:
+def _travel_role(r: Recording, tested: ShearSetup) -> str:
     """Find the role of the column for the angle; raises :class:`InputError` for an unsuitable travel or force."""
     role = next(role for role in ("angle", "travel", "strain", "extensometer") if role in r.values)
     along_sides = (
@@ -187,7 +189,7 @@ def _travel_role(r: Recording, tested: Tested) -> str:
     return role
 
 
-def _shear_angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
+def _shear_angles(moved: Array, role: str, tested: ShearSetup, where: str) -> Array:
     """Shear angle [deg], (n,), of an angle [deg], a travel [mm] or a strain [%]."""
     if role == "angle":
         return moved
@@ -202,7 +204,7 @@ def _shear_angles(moved: Array, role: str, tested: Tested, where: str) -> Array:
 
 
 @dataclass(frozen=True)
-class Sheared(Origin):
+class ShearLoading(Origin):
     """Shear angle [deg], rising, and force [N] of the first loading, (n,) each, and whether it turns back later."""
 
     angle: Array
@@ -210,35 +212,35 @@ class Sheared(Origin):
     turned: bool
 
     @property
-    def normalised(self) -> Array:
+    def normalised_force(self) -> Array:
         """Normalised shear force [N/mm], (n,)."""
         raise NotImplementedError
 
 
-def shear_forces(specimens: Sequence[Sheared]) -> tuple[dict[float, Array], list[str]]:
+def shear_forces(specimens: Sequence[ShearLoading]) -> tuple[dict[float, Array], list[str]]:
     """Normalised forces [N/mm] at those :data:`ANGLES` that all specimens reach, and fingerprints of the curves."""
     end = min(float(s.angle[-1]) for s in specimens)
     for s in specimens:
-        top, force = float(s.normalised.max()), float(s.force.max())
+        top, force = float(s.normalised_force.max()), float(s.force.max())
         refuse_implausible(s, top, FORCES, f"maximum force {force:.6g} N, normalised {top:.4g} N/mm", "N/mm", force)
-    at = {a: np.array([np.interp(a, s.angle, s.normalised) for s in specimens]) for a in (*ANGLES, end)}
-    refuse_apart(specimens, at[end], f"normalised force at {end:.3g} deg", "N/mm")
+    at = {a: np.array([np.interp(a, s.angle, s.normalised_force) for s in specimens]) for a in (*ANGLES, end)}
+    refuse_outliers(specimens, at[end], f"normalised force at {end:.3g} deg", "N/mm")
     found = {a: values for a, values in at.items() if a in ANGLES and a <= end}
     if not found:
         raise InputError(f"{specimens[0].path}: the common range ends at {end:.3g} deg; expected {ANGLES[0]:g} deg")
     return found, digests(specimens, [(s.angle, s.force) for s in specimens])
 
 
-def shear_curves(specimens: Sequence[Sheared], words: str, **more: Any) -> Curves:
+def shear_curves(specimens: Sequence[ShearLoading], words: str, **more: Any) -> Curves:
     """Curves of the normalised force up to the angle that all ``specimens`` reach, named by ``words``."""
-    curves = [(s.angle, s.normalised) for s in specimens]
+    curves = [(s.angle, s.normalised_force) for s in specimens]
     corridor = band(curves, min(float(angle[-1]) for angle, _ in curves), "shear angles")
     names = (ANGLE, NORMALISED, "normalised_shear_force_sd_n_per_mm")
     return Curves(curves, corridor, names, (f"{words} [deg]", "normalised shear force [N/mm]"), **more)
 
 
 def shear_rows(
-    specimens: Sequence[Sheared], forces: Mapping[str, Mapping[float, Array]], more: Mapping[str, Array]
+    specimens: Sequence[ShearLoading], forces: Mapping[str, Mapping[float, Array]], more: Mapping[str, Array]
 ) -> tuple[dict[str, Array], dict[str, str]]:
     """Rows of ``forces`` at angles, ``more`` and the largest angle by quantity, and units of the forces."""
     found = {f"{name}_at_deg.{a:g}": values for name, at in forces.items() for a, values in at.items()}
@@ -246,6 +248,6 @@ def shear_rows(
     return {**found, **more, END: np.array([s.angle[-1] for s in specimens])}, units | {END: "deg"}
 
 
-def reached(test: dict[str, Any]) -> dict[str, float]:
+def max_angle_field(test: dict[str, Any]) -> dict[str, float]:
     """Largest angle [deg] of a rig: the one that all specimens of a ``test`` reach, rounded down to tenths."""
     return {"max_angle": math.floor(10.0 * min(test[END]["values"])) / 10.0} if END in test else {}

@@ -10,10 +10,19 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_shear as checks
-from knittest.experiment.lab_conditions import EXTENSOMETER, GAUGE, STANDARD, WIDTH, Condition, common, same, within
-from knittest.experiment.lab_recording import Recording, reader
+from knittest.experiment.lab_conditions import (
+    EXTENSOMETER,
+    GAUGE,
+    STANDARD,
+    WIDTH,
+    Condition,
+    check_within_bounds,
+    common_value,
+    sizes_agree,
+)
+from knittest.experiment.lab_recording import Recording, make_reader
 from knittest.experiment.lab_results import Curves
-from knittest.experiment.lab_table import Given, noise
+from knittest.experiment.lab_table import ReadOptions, noise
 from knittest.experiment.lab_units import QUANTITIES
 from knittest.experiment.statistics import Array, Specimen, corridor, peaks
 
@@ -54,9 +63,9 @@ class _Measure:
         return self.rank < 2
 
 
-def strip_reader(one: Callable[[Recording], StripT]) -> Callable[[Path, Given], list[StripT]]:
+def strip_reader(one: Callable[[Recording], StripT]) -> Callable[[Path, ReadOptions], list[StripT]]:
     """Return a function that reads a file of strips and calls ``one`` for each recording."""
-    return reader([("force",), MOVES], "a force and a displacement or strain column", one)
+    return make_reader([("force",), MOVES], "a force and a displacement or strain column", one)
 
 
 def read_strip(r: Recording) -> Specimen:
@@ -64,7 +73,7 @@ def read_strip(r: Recording) -> Specimen:
     the clamp travel over the gauge length of the clamps.
     """
     names, why = r.table.names, {}
-    pull, gauge = next(k for k in r.group if r.table.roles[k] == "force"), r.known(GAUGE)
+    pull, gauge = next(k for k in r.group if r.table.roles[k] == "force"), r.find(GAUGE)
     measures = _find_measures(r, gauge)
     clamp = next((m for m in measures if not m.has_extensometer and np.isfinite(m.factor)), None)
     r.unit, _ = r.unit_of(pull)
@@ -88,7 +97,7 @@ def read_strip(r: Recording) -> Specimen:
         strain, force = rows.curve()
         left = {m.column: f"{m.words}: {names[measure.column]!r} is used instead" for m in measures}
         origin = r.origin({pull: "force", measure.column: measure.words}, left | why, rows.notes)
-        return Specimen(**origin, strain=strain, force=force, width=r.known(WIDTH), gauge=gauge)
+        return Specimen(**origin, strain=strain, force=force, width=r.find(WIDTH), gauge=gauge)
     where = r.table.where
     if not any(m.has_extensometer for m in measures):
         raise InputError(f"{where}: the file states no gauge length for the travel; give --gauge-length [mm]")
@@ -101,8 +110,8 @@ def read_strip(r: Recording) -> Specimen:
 
 def _find_measures(r: Recording, gauge: float | None) -> list[_Measure]:
     """Find the columns for the strain, the best first; raises :class:`InputError` for an unknown unit."""
-    own, standard, grips, marks = r.known(EXTENSOMETER), r.known(STANDARD), r.known(GAUGE, [0]), r.known(GAUGE, [1])
-    if own is None and grips and marks and not same(grips, marks):
+    own, standard, grips, marks = r.find(EXTENSOMETER), r.find(STANDARD), r.find(GAUGE, [0]), r.find(GAUGE, [1])
+    if own is None and grips and marks and not sizes_agree(grips, marks):
         own = marks
     found, failed, moves = [], [], [k for k in r.group if r.table.roles[k] in MOVES]
     for k in moves:
@@ -146,10 +155,10 @@ class _Rows:
             force = values[:, 0] * QUANTITIES["force"][r.unit]
             if not np.isfinite(force).all():
                 raise InputError(f"{self.where.format(lines[int(np.argmin(np.isfinite(force)))])}: no finite force")
-            self.force = checks.pulled(force, sign, r.where)
+            self.force = checks.to_tension_force(force, sign, r.where)
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
             self.clamp = values[:, 2] * beside.factor if beside else None
-            strain = checks.drawn(values[:, 1] * measure.factor, sign)
+            strain = checks.to_rising_travel(values[:, 1] * measure.factor, sign)
             start = _strain_at_start(strain, self.force, self.top)
             if strain[self.top] < start and sign == "positive" and not measure.has_extensometer:
                 strain, start = -strain, -start
@@ -285,7 +294,7 @@ def _remove_spikes(values: Array) -> Array:
 read_strips = strip_reader(read_strip)
 
 
-def plausible_strips(specimens: Sequence[Specimen]) -> None:
+def check_strips(specimens: Sequence[Specimen]) -> None:
     """Raise :class:`InputError` for an implausible maximum force, force per width or strain at maximum force."""
     force, strain = peaks(specimens)
     for s, top, at in zip(specimens, force, strain, strict=True):
@@ -293,18 +302,20 @@ def plausible_strips(specimens: Sequence[Specimen]) -> None:
         per = "" if s.width is None else f", {top / s.width:.4g} N/mm at {s.width:g} mm width"
         checks.refuse_implausible(s, top, band, f"maximum force {top:.6g} N{per}", "N", top)
         check = ": check the unit of the travel and the gauge length"
-        within(at, MacroMaterial, "fracture_strain", f"{s.where}: strain at maximum force {at:.4g} %", check)
-    checks.refuse_apart(specimens, force, "maximum force", "N")
-    checks.refuse_apart(specimens, strain, "strain at maximum force", "%")
+        check_within_bounds(
+            at, MacroMaterial, "fracture_strain", f"{s.where}: strain at maximum force {at:.4g} %", check
+        )
+    checks.refuse_outliers(specimens, force, "maximum force", "N")
+    checks.refuse_outliers(specimens, strain, "strain at maximum force", "%")
 
 
-def one_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Specimen], dict[Condition, float]]:
+def make_series(specimens: Sequence[Specimen]) -> tuple[list[Specimen], list[Specimen], dict[Condition, float]]:
     """Scale strips to their mean width; returns them with forces in N and in N/mm, and width and gauge length."""
-    width = common(WIDTH, [s.width for s in specimens], specimens)
+    width = common_value(WIDTH, [s.width for s in specimens], specimens)
     found = {WIDTH: width}
     if any(s.gauge is not None for s in specimens):
-        found[GAUGE] = common(GAUGE, [s.gauge for s in specimens], specimens)
-    plausible_strips(specimens)
+        found[GAUGE] = common_value(GAUGE, [s.gauge for s in specimens], specimens)
+    check_strips(specimens)
     strips = [replace(s, force=s.force * (width / (s.width or width)), width=width) for s in specimens]
     return strips, [replace(s, force=s.force / width) for s in strips], found
 

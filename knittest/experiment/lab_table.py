@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.config.yaml_loader import shown
+from knittest.config.yaml_loader import value_excerpt
 from knittest.experiment import lab_units
 from knittest.experiment.lab_rows import Row, read_sheets
 from knittest.experiment.lab_units import NUMBER, decimal_mark, has_number, number, read_number
@@ -47,7 +47,7 @@ def noise(values: Array) -> float:
 
 
 @dataclass(frozen=True)
-class Given:
+class ReadOptions:
     """Options of the user on format, conditions by key, and meaning of the curve; ``None``: not stated.
 
     ``columns`` are the roles of all columns in order, ``named`` those of columns by their names in lower case.
@@ -97,16 +97,16 @@ class LabTable:
                     values[at, place] = read_number(self.place, line, row[column], self.mark)
         return values
 
-    def having(self, *roles: str) -> list[int]:
+    def columns_of_roles(self, *roles: str) -> list[int]:
         """Columns of any of ``roles``, in their order."""
         return [k for k, role in enumerate(self.roles) if role in roles]
 
     def unit(self, column: int, units: Mapping[str, float]) -> str:
         """Unit of a column; raises :class:`InputError` for one that is not in ``units``."""
-        return lab_units.stated(self.names[column], self.units[column], units, self.where)
+        return lab_units.find_stated_unit(self.names[column], self.units[column], units, self.where)
 
 
-def read_tables(path: Path, given: Given, wanted: Wanted, words: str, own: tuple[str, ...]) -> list[LabTable]:
+def read_tables(path: Path, given: ReadOptions, wanted: Wanted, words: str, own: tuple[str, ...]) -> list[LabTable]:
     """Read the tables of a file with a column of each of the ``wanted`` roles, named by ``words``, of ``own`` tests."""
     sheets = read_sheets(path, given.delimiter)
     found: list[LabTable] = []
@@ -125,7 +125,7 @@ def read_tables(path: Path, given: Given, wanted: Wanted, words: str, own: tuple
     return found
 
 
-def _find_roles(names: Sequence[str], units: Sequence[str], given: Given) -> list[str]:
+def _find_roles(names: Sequence[str], units: Sequence[str], given: ReadOptions) -> list[str]:
     """Roles of columns: stated by the user, with no other column of that role, else by the table of names."""
     found = []
     for name, below in zip(names, units, strict=True):
@@ -133,8 +133,8 @@ def _find_roles(names: Sequence[str], units: Sequence[str], given: Given) -> lis
         role = given.named.get(name.strip().lower()) or given.named.get(bare, "")
         if not role and name and not NUMBER.match(name):
             key = bare.replace(" ", "_")
-            is_role = given.columns and key in lab_units.table()["columns"]
-            role = key if is_role else lab_units.role(name, below)[0]
+            is_role = given.columns and key in lab_units.name_table()["columns"]
+            role = key if is_role else lab_units.find_role(name, below)[0]
             role = "" if role in given.named.values() else role
         found.append(role)
     means = {k for k, name in enumerate(names) if lab_units.matches(name, "kinds", "mean")}
@@ -151,7 +151,7 @@ def _missing_roles(roles: Sequence[str], wanted: Wanted) -> list[str]:
     return ["travel" if "travel" in some else some[0] for some in wanted if not set(some) & set(roles)]
 
 
-def _find_tables(rows: list[Row], place: str, given: Given, wanted: Wanted) -> list[LabTable]:
+def _find_tables(rows: list[Row], place: str, given: ReadOptions, wanted: Wanted) -> list[LabTable]:
     rows = _insert_names(rows, given.columns, place) if given.columns else rows
     found: list[LabTable] = []
     k = end = 0
@@ -171,10 +171,10 @@ def _find_tables(rows: list[Row], place: str, given: Given, wanted: Wanted) -> l
         roles = _find_roles(names, units, given)
         if _missing_roles(roles, wanted):
             for name, below in zip(names, units, strict=True):  # of a wanted name, and a unit of another quantity?
-                _, role = lab_units.role(name, below)
+                _, role = lab_units.find_role(name, below)
                 if role in ("force", "overhang", "thickness", "pressure") and role in sum(wanted, ()):
-                    quantity = lab_units.table()["columns"][role]["quantity"][0]
-                    lab_units.stated(name, below, lab_units.QUANTITIES[quantity], f"{place}:{line}")
+                    quantity = lab_units.name_table()["columns"][role]["quantity"][0]
+                    lab_units.find_stated_unit(name, below, lab_units.QUANTITIES[quantity], f"{place}:{line}")
             k += 1
             continue
         needed = [c for c, role in enumerate(roles) if role in sum(wanted, ())]
@@ -202,7 +202,7 @@ def _find_tables(rows: list[Row], place: str, given: Given, wanted: Wanted) -> l
 
 def _split_by_specimen(table: LabTable) -> list[LabTable]:
     """Split a ``table`` whose recordings follow each other, if a column names their specimens."""
-    for k in table.having("specimen"):
+    for k in table.columns_of_roles("specimen"):
         labels = [cells[k] if k < len(cells) else "" for _, cells in table.body]
         starts = [0, *(row for row, (one, other) in enumerate(pairwise(labels), 1) if one != other), len(labels)]
         parts = [replace(table, body=table.body[start:end]) for start, end in pairwise(starts)]
@@ -264,7 +264,7 @@ def _split_blocks(
 
 def _continues(one: LabTable, other: LabTable) -> bool:
     """Return whether ``other`` continues the recording ``one`` by time or travel; a travel that returned has ended."""
-    moves = one.having("time") + one.having("travel", "extensometer", "angle", "pressure")
+    moves = one.columns_of_roles("time") + one.columns_of_roles("travel", "extensometer", "angle", "pressure")
     rows = [*one.body[:: len(one.body) // 500 + 1], one.body[-1], other.body[0]] if one.body and other.body else []
     cells = [cells[moves[0]] if moves[0] < len(cells) else "" for _, cells in rows] if moves else []
     if not cells or not all(NUMBER.match(cells[k]) for k in (0, -2, -1)):
@@ -305,12 +305,14 @@ def _refuse_foreign(path: Path, head: Sequence[Row], names: Sequence[str], own: 
         label = filled[0] if filled else ""
         texts += filled if len(filled) == 1 or lab_units.pattern("test_labels").search(label[:80]) else [label]
         texts += [cell for cell in filled if len(filled) > 3 and not NUMBER.match(cell)]
-    if other := lab_units.foreign(texts, own):
+    if other := lab_units.find_foreign_test(texts, own):
         kind, text = other
-        raise InputError(f"{path}: {shown(text)} names another test ({kind}); remove the file, or correct this text")
+        raise InputError(
+            f"{path}: {value_excerpt(text)} names another test ({kind}); remove the file, or correct this text"
+        )
 
 
-def _missing_names_error(path: str, rows: list[Row], wanted: Wanted, words: str, given: Given) -> InputError:
+def _missing_names_error(path: str, rows: list[Row], wanted: Wanted, words: str, given: ReadOptions) -> InputError:
     """Error for a file without known column names, with the option that states their roles."""
     at, message = _find_numbers(rows), f"{path}: no header row names {words}"
     if at is None:
@@ -333,7 +335,7 @@ def _missing_names_error(path: str, rows: list[Row], wanted: Wanted, words: str,
 
     def misfit(name: str, role: str) -> tuple[bool, bool]:  # a name in another unit fits best, then a unit
         below = units.get(name, "")
-        return lab_units.role(name, below)[1] != role, not lab_units.may_be(role, name, below)
+        return lab_units.find_role(name, below)[1] != role, not lab_units.unit_fits_role(role, name, below)
 
     fitting = [min(free, key=partial(misfit, role=role), default="") for role in lacking]
     free = list(filter(None, dict.fromkeys([*fitting, *free])))

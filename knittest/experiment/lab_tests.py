@@ -11,12 +11,12 @@ from knittest.base.errors import InputError
 from knittest.base.files import write_atomic
 from knittest.base.kinds import DEFAULT, Parts, kinds
 from knittest.config.fabric import Fabric, MacroMaterial
-from knittest.config.starting import FABRIC
+from knittest.config.templates import FABRIC
 from knittest.experiment import lab_results, lab_units
 from knittest.experiment.lab_conditions import Condition
 from knittest.experiment.lab_results import Results, Tests
 from knittest.experiment.lab_rows import read_rows
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import ReadOptions
 
 #: fields of the rig, by test, from the statistics of an experiment by folder
 Rigs = dict[str, dict[str, Any]]
@@ -42,7 +42,7 @@ class LabTest(Generic[SpecimenT]):
     """
 
     name: str
-    read: Callable[[Path, Given], list[SpecimenT]]
+    read: Callable[[Path, ReadOptions], list[SpecimenT]]
     evaluate: Callable[[Sequence[SpecimenT]], Results]
     conditions: tuple[Condition, ...] = ()
     options: tuple[str, ...] = ()
@@ -59,9 +59,14 @@ class LabTest(Generic[SpecimenT]):
 
     def rigs(self, tests: Tests) -> Rigs:
         """Fields of rigs by test, and by direction if several have them."""
-        each = {direction: self.rig(test) for direction, test in lab_results.of_directions(tests, self.name).items()}
+        each = {
+            direction: self.rig(test)
+            for direction, test in lab_results.statistics_by_direction(tests, self.name).items()
+        }
         found = {
-            d: {name: lab_units.plain(value) for name, value in fields.items()} for d, fields in each.items() if fields
+            d: {name: lab_units.round_number(value) for name, value in fields.items()}
+            for d, fields in each.items()
+            if fields
         }
         if not found or self.more_rigs:
             return self.more_rigs(found) if found and self.more_rigs else {}
@@ -86,7 +91,7 @@ class LabTest(Generic[SpecimenT]):
         if directed and not direction:
             raise InputError(f"--direction: missing; state the yarns along the strips, warp or weft ({self.name})")
         if direction and not directed:
-            raise self.useless("--direction")
+            raise self.unsupported_option_error("--direction")
         for said in (getattr(s, "said", None) for s in specimens if direction and not trusted):
             if said is not None and said.direction != direction:
                 raise InputError(
@@ -101,7 +106,7 @@ class LabTest(Generic[SpecimenT]):
         write_atomic(out / FABRIC, HEAD + "\n".join(_yaml_lines(fabric_part(out), "")) + "\n")
         return variant
 
-    def useless(self, option: str) -> InputError:
+    def unsupported_option_error(self, option: str) -> InputError:
         """Error for an ``option`` that the test does not take."""
         own = [*(what.option for what in self.conditions if what.option), *(f"--{name}" for name in self.options)]
         return InputError(f"{option}: not an option of --test {self.name}, which takes {', '.join(own)}")
@@ -149,8 +154,8 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
     said = {name: stated[name] for name in SAID if name in stated}
     useless = [what.option for what in sizes if what not in kind.conditions]
     if useless := useless + [f"--{name}" for name in said if name not in kind.options]:
-        raise kind.useless(useless[0])
-    given = Given(
+        raise kind.unsupported_option_error(useless[0])
+    given = ReadOptions(
         stated.get("decimal"), stated.get("delimiter"), sizes={what.key: value for what, value in sizes.items()},
         columns=tuple(name.strip() for name in stated["columns"].split(",")) if stated.get("columns") else (),
         named=dict(_parse_column(text) for text in stated.get("column", ())), **said,
@@ -161,7 +166,7 @@ def read_files(test: str, files: Sequence[Path], options: Mapping[str, Any]) -> 
             found += kind.read(path, given)
         except InputError as error:  # of another test, by the head of the file or by its name?
             named = (name for name in LAB_TESTS if lab_units.matches(path.stem, "own_tests", name, "name"))
-            other = looks_like(path, given.delimiter) or next(named, test)
+            other = recognise_test(path, given.delimiter) or next(named, test)
             hint = f"; for a {other} test, give --test {other}" if other != test else ""
             raise InputError(f"{error}{hint}") from None
     return found
@@ -171,25 +176,25 @@ def _parse_column(text: str) -> tuple[str, str]:
     """Name in lower case and role of a column in ``--column``."""
     role, equals, name = text.partition("=")
     role = {"strain": "extensometer"}.get(role.strip(), role.strip().replace("-", "_"))
-    roles = [key for key in lab_units.table()["columns"] if key not in ("result", "rate", "transverse")]
+    roles = [key for key in lab_units.name_table()["columns"] if key not in ("result", "rate", "transverse")]
     if not equals or role not in roles or not name.strip():
         raise InputError(f"--column {text}: expected ROLE=NAME, ROLE one of strain, {', '.join(roles)}")
     return name.strip(" \"'").lower(), role
 
 
-def looks_like(path: Path, delimiter: str | None = None) -> str:
+def recognise_test(path: Path, delimiter: str | None = None) -> str:
     """Name of the test by the head and the columns of the file ``path``; empty if unknown."""
     try:
         rows = read_rows(path, delimiter)[:_HEAD]
     except InputError:
         return ""
     texts = [[cell for cell in row if not lab_units.NUMBER.match(cell)] for _, row in rows]
-    return next((name for name in LAB_TESTS if lab_units.recognised(name, texts)), "")
+    return next((name for name in LAB_TESTS if lab_units.identifies_test(name, texts)), "")
 
 
-def stated_test(test: str | None, files: Sequence[Path], delimiter: str | None = None) -> str:
+def choose_test(test: str | None, files: Sequence[Path], delimiter: str | None = None) -> str:
     """Return ``test`` or the default; raises :class:`InputError` for a file that looks like another test."""
     for path in files if test is None else ():
-        if other := looks_like(path, delimiter):
+        if other := recognise_test(path, delimiter):
             raise InputError(f"{path}: looks like a {other} test; give --test {other}, or --test {DEFAULT}")
     return test or DEFAULT

@@ -13,7 +13,7 @@ import yaml
 from knittest.base import units as base_units
 from knittest.base.errors import InputError
 from knittest.base.units import ratios
-from knittest.config.yaml_loader import shown
+from knittest.config.yaml_loader import value_excerpt
 
 #: quantity -> unit -> factor to its first unit; columns have one of the first six quantities, conditions any
 QUANTITIES = {
@@ -41,7 +41,7 @@ _GROUPED = {
 
 
 @lru_cache(1)
-def table() -> dict[str, Any]:
+def name_table() -> dict[str, Any]:
     """Return the table of names in machine files, ``lab_names.yaml``."""
     found: dict[str, Any] = yaml.safe_load(Path(__file__).with_name("lab_names.yaml").read_text(encoding="utf-8"))
     return found
@@ -50,7 +50,7 @@ def table() -> dict[str, Any]:
 @lru_cache(512)
 def pattern(*path: str | int) -> re.Pattern[str]:
     """Return the pattern at ``path`` in the table for all languages together; without one it never matches."""
-    found: Any = table()
+    found: Any = name_table()
     for key in path:
         found = found.get(key, {}) if isinstance(found, dict) else found[key]
     text = "|".join(found.values()) if isinstance(found, dict) else found
@@ -67,10 +67,10 @@ def _accent_pattern(letter: str) -> str:
 
 def matches(name: str, *path: str | int) -> bool:
     """Return whether ``name`` contains the pattern at ``path`` in the table."""
-    return bool(pattern(*path).search(plainly(name)))
+    return bool(pattern(*path).search(clean_name(name)))
 
 
-def plainly(name: str) -> str:
+def clean_name(name: str) -> str:
     """Replace underscores by blanks and limit the length."""
     return name[:LONGEST].replace("_", " ")
 
@@ -82,48 +82,48 @@ def is_statistic(cell: str) -> bool:
 
 
 @lru_cache(4096)
-def role(name: str, below: str = "") -> tuple[str, str]:
+def find_role(name: str, below: str = "") -> tuple[str, str]:
     """Return the first role that fits ``name`` and the unit ``below``; else none, and a role with another unit."""
     refused = ""
-    for key in table()["columns"]:
+    for key in name_table()["columns"]:
         if matches(name, "columns", key, "any"):
-            if may_be(key, name, below):
+            if unit_fits_role(key, name, below):
                 return key, ""
             refused = refused or key
     return "", refused
 
 
-def may_be(key: str, name: str, below: str) -> bool:
+def unit_fits_role(key: str, name: str, below: str) -> bool:
     """Return whether the unit of a column, if stated, is one of the role ``key``."""
-    own = [QUANTITIES[quantity] for quantity in table()["columns"][key].get("quantity", ())]
+    own = [QUANTITIES[quantity] for quantity in name_table()["columns"][key].get("quantity", ())]
     texts = [text for text in (_strip_brackets(below), *_texts_in_brackets(name)) if text not in ("", "MN", "ft")]
-    return not own or all(any(known(text, units) for units in own) or not is_unit(text) for text in texts)
+    return not own or all(any(find_unit(text, units) for units in own) or not is_unit(text) for text in texts)
 
 
-def recognised(test: str, rows: list[list[str]]) -> bool:
+def identifies_test(test: str, rows: list[list[str]]) -> bool:
     """Return whether the ``rows`` at the head of a file identify the knittest ``test``."""
-    entry = table()["own_tests"].get(test, {})
+    entry = name_table()["own_tests"].get(test, {})
     for row in rows:
-        roles = {role(cell)[0] for cell in row} if "roles" in entry else set()
+        roles = {find_role(cell)[0] for cell in row} if "roles" in entry else set()
         if any(roles.issuperset(some) for some in entry.get("roles", ())) or any(
-            matches(cell, "own_tests", test, "text") or any(labels(key, cell) for key in entry.get("conditions", ()))
+            matches(cell, "own_tests", test, "text") or any(is_label(key, cell) for key in entry.get("conditions", ()))
             for cell in row
         ):
             return True
     return False
 
 
-def labels(condition: str, cell: str, tier: int = 0) -> bool:
+def is_label(condition: str, cell: str, tier: int = 0) -> bool:
     """Return whether ``cell`` names a ``condition`` by a label of rank ``tier``."""
     path = ("conditions", condition)
     return matches(cell, *path, "tiers", tier) and not matches(cell, *path, "none")
 
 
-def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
+def find_foreign_test(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
     """Return the kind of test named in ``texts`` that is not one of ``own``, and the text that names it."""
     for text in (text for text in texts if not matches(text, "no_test")):
         allowed = (*own, *(("compression",) if matches(text, "pull") else ()))
-        for kind in table()["tests"]:
+        for kind in name_table()["tests"]:
             if kind not in allowed and matches(text, "tests", kind):
                 return kind, text
     return None
@@ -132,8 +132,8 @@ def foreign(texts: list[str], own: tuple[str, ...]) -> tuple[str, str] | None:
 def count_known(text: str) -> int:
     """Count the letters beyond ASCII in known names of columns and conditions, in the first lines of ``text``."""
     lines = [line[:1000].replace("_", " ") for line in text[:20_000].splitlines()[:200] if not line.isascii()]
-    known = [pattern("columns", key, "any") for key in table()["columns"]]
-    for key, entry in table()["conditions"].items():
+    known = [pattern("columns", key, "any") for key in name_table()["columns"]]
+    for key, entry in name_table()["conditions"].items():
         known += [pattern("conditions", key, "tiers", tier) for tier in range(len(entry["tiers"]))]
     known += [pattern("statistics"), pattern("kinds", "symbol")]
     found = (match[0] for line in lines for words in known for match in words.finditer(line))
@@ -161,10 +161,10 @@ def _texts_in_brackets(name: str) -> list[str]:
     return [text for square, round_ in _BRACKETS.findall(name[-LONGEST:]) if (text := (square or round_).strip())]
 
 
-def known(text: str, units: Mapping[str, float]) -> str:
+def find_unit(text: str, units: Mapping[str, float]) -> str:
     """Return the one of ``units`` that ``text`` spells, in any case; ``""`` for none, and for MN (not mN)."""
-    text = base_units.plainly(_strip_brackets(text))
-    text = table()["units"].get(text.lower(), text)
+    text = base_units.to_plain_letters(_strip_brackets(text))
+    text = name_table()["units"].get(text.lower(), text)
     if text == "1" and "mm/mm" in units:
         return "mm/mm"
     return next((u for u in units if u == text or (u.lower() == text.lower() and text != "MN")), "")
@@ -175,23 +175,23 @@ def is_unit(text: str) -> bool:
     text = _strip_brackets(text)
     return (
         not text
-        or any(known(text, q) for q in QUANTITIES.values())
-        or _is_known_to_pint(table()["units"].get(text, text))
+        or any(find_unit(text, q) for q in QUANTITIES.values())
+        or _is_known_to_pint(name_table()["units"].get(text, text))
     )
 
 
-def stated(name: str, below: str, units: Mapping[str, float], where: str) -> str:
+def find_stated_unit(name: str, below: str, units: Mapping[str, float], where: str) -> str:
     """Return the unit in the name of a column or in the cell ``below``; ``""`` for none; InputError if unknown."""
     bare = _BRACKETS.sub("", name[-LONGEST:]).strip()
     marked = [*_texts_in_brackets(name), *_MARKED.findall(bare)]
     places = [*marked, *(word for word in _LAST_WORD.findall(bare) if word != "1")]
-    in_name = next((p for p in places if known(p, units)), next(filter(None, marked), ""))
-    if known(below, units) and not is_unit(in_name):  # a channel, such as that of 'Tensile strain (Strain 1)'
+    in_name = next((p for p in places if find_unit(p, units)), next(filter(None, marked), ""))
+    if find_unit(below, units) and not is_unit(in_name):  # a channel, such as that of 'Tensile strain (Strain 1)'
         in_name = ""
     for text in (_strip_brackets(below), in_name):
-        if text and not known(text, units):
+        if text and not find_unit(text, units):
             raise InputError(f"{where}: column {name!r} has the unit {text!r}; expected one of {', '.join(units)}")
-    above, beneath = known(in_name, units), known(below, units)
+    above, beneath = find_unit(in_name, units), find_unit(below, units)
     if above and beneath and above != beneath:
         raise InputError(f"{where}: column {name!r}: the row below states another unit, {below!r}; keep the right one")
     return beneath or above
@@ -209,7 +209,8 @@ def decimal_mark(path: object, cells: Sequence[str]) -> str:
         raise InputError(f"{path}: '.' and ',' both occur as decimal marks; state the right one with --decimal")
     if numbers and not sure:
         raise InputError(
-            f"{path}: {shown(numbers[0])} may contain a thousands separator or a decimal mark; state the decimal mark "
+            f"{path}: {value_excerpt(numbers[0])} may contain a thousands separator or a decimal mark; state "
+            f"the decimal mark "
             "with --decimal . or --decimal ,"
         )
     return sure.pop() if sure else "."
@@ -217,7 +218,7 @@ def decimal_mark(path: object, cells: Sequence[str]) -> str:
 
 def has_number(cell: str) -> bool:
     """Return whether a cell of a column of numbers is neither empty nor marked as empty."""
-    return bool(NUMBER.match(cell)) or cell.lower() not in table()["empty"]
+    return bool(NUMBER.match(cell)) or cell.lower() not in name_table()["empty"]
 
 
 def read_number(path: object, line: int, cell: str, mark: str) -> float:
@@ -225,7 +226,7 @@ def read_number(path: object, line: int, cell: str, mark: str) -> float:
     value = number(cell, mark)
     if not isfinite(value):
         expected = "a finite number" if isinf(value) else f"a number with decimal mark {mark!r}"
-        raise InputError(f"{path}:{line}: {shown(cell)} is not {expected}")
+        raise InputError(f"{path}:{line}: {value_excerpt(cell)} is not {expected}")
     return value
 
 
@@ -236,6 +237,6 @@ def number(cell: str, mark: str) -> float:
     return float(cell.replace("." if mark == "," else ",", "").replace(mark, "."))
 
 
-def plain(value: float) -> float:
+def round_number(value: float) -> float:
     """Round ``value`` to six digits, as in files."""
     return float(f"{value:.6g}")

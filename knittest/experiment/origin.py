@@ -9,11 +9,18 @@ from pydantic import BaseModel
 
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir, read_regular
-from knittest.base.kinds import Joined, Parts
+from knittest.base.kinds import JoinedParts, Parts
 from knittest.config.base import Quantity
 from knittest.config.fabric import YARN_LEVEL, Fabric
-from knittest.config.gates import CELL, by_its_yarns, deciding, entry, in_card, is_fed
-from knittest.config.loading import own_fields, own_value, taken_over
+from knittest.config.loading import other_direction_fields, rig_default_paths, rig_default_value
+from knittest.config.quality_checks import (
+    CELL,
+    deciding_fields,
+    field_value,
+    is_in_macro_card,
+    meso_run_behind_card,
+    reproduces_input,
+)
 from knittest.config.run import Run, Scale
 
 MAX_BYTES = 10_000_000
@@ -23,7 +30,7 @@ FABRIC = "fabric"
 _AS = re.compile(r"as (\S+)")
 
 
-def borrowed(fabric: Fabric) -> dict[str, str]:
+def borrowed_curves(fabric: Fabric) -> dict[str, str]:
     """Name of the other fabric by field, ``macro.tension.warp`` for example, for each curve that states one."""
     linear = fabric.macro.shear is not None and fabric.macro.shear.kind == "linear"
     curves = {name: text for name, text in fabric.macro.curve_files.items() if not (linear and name == "shear")}
@@ -33,10 +40,10 @@ def borrowed(fabric: Fabric) -> dict[str, str]:
 
 def owner_of(fabric: Fabric, field: str) -> str:
     """Name of the other fabric that the number or curve ``field`` was taken from, empty where it is its own."""
-    stated = entry(fabric, field)
+    stated = field_value(fabric, field)
     if getattr(stated, "source", None) == "assumed" and (named := _AS.fullmatch(getattr(stated, "ref", ""))):
         return named[1]
-    return borrowed(fabric).get(field, "")
+    return borrowed_curves(fabric).get(field, "")
 
 
 def _stated_fabric(path: Path) -> str:
@@ -58,13 +65,13 @@ DEFAULT_FRICTION_OF = "pham2019"
 def assumed_friction(run: Run) -> tuple[str, ...]:
     """Friction coefficients of ``run`` that are assumed: measured in the other direction only, or the defaults."""
     fabric, kind = run.fabric, run.rig.kind
-    own = own_fields(fabric.rigs.get(kind, {}), kind, run.direction)
-    other = taken_over(fabric, kind, run.direction)
+    own = rig_default_paths(fabric.rigs.get(kind, {}), kind, run.direction)
+    other = other_direction_fields(fabric, kind, run.direction)
     papers = (fabric.experiment or "").rpartition("/")[2] == DEFAULT_FRICTION_OF
     reasons: dict[str, list[str]] = {}
     for name in (name for name in COEFFICIENTS if name in type(run.rig).model_fields):
         value = getattr(run.rig, name)
-        if name in other and value == own_value(fabric, kind, own[name]):
+        if name in other and value == rig_default_value(fabric, kind, own[name]):
             reasons.setdefault(f"as {other[name]}, the only direction tested", []).append(f"rig.{name}")
         elif value == type(run.rig).model_fields[name].default and name not in own and not papers:
             reasons.setdefault(f"default, measured on the fabrics of {DEFAULT_FRICTION_OF}", []).append(f"rig.{name}")
@@ -88,9 +95,9 @@ class Origin(Generic[RunT]):
 
     def assumed(self, run: RunT) -> tuple[str, ...]:
         """Fields that decide the rows of ``run`` and are assumed, or taken from another fabric, which is named."""
-        return guessed(run.fabric, deciding(run))
+        return assumed_fields(run.fabric, deciding_fields(run))
 
-    def gave(self, run: RunT, path: Path) -> str:
+    def given_curve_part(self, run: RunT, path: Path) -> str:
         """Part of the curve in ``path`` that is an input of ``run``, besides its macro curves; empty if none."""
         return ""
 
@@ -99,22 +106,22 @@ class Origin(Generic[RunT]):
 ORIGINS: Mapping[str, Origin[Any]] = Parts(lambda kind: kind.load("origin")() if kind.origin else Origin())
 
 
-def guessed(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
+def assumed_fields(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
     """Fields of ``fabric`` that are assumed, or taken from another fabric, which is named."""
-    owners = borrowed(fabric)
+    owners = borrowed_curves(fabric)
     found = []
     for field in fields:
         if field in owners:
             found.append(f"{field} (from {owners[field]})")
-        elif getattr(entry(fabric, field), "source", None) == "assumed":
+        elif getattr(field_value(fabric, field), "source", None) == "assumed":
             found.append(field)
     return tuple(found)
 
 
 #: names of rows as ``tuned_on`` and ``chosen_by`` write them, after variant and direction: "V1 warp max. tensile force"
-ROW_NAMES: Mapping[str, str] = Joined("row_names", {"thickness_mm": "thickness", "area_mass_g_m2": "area mass"})
+ROW_NAMES: Mapping[str, str] = JoinedParts("row_names", {"thickness_mm": "thickness", "area_mass_g_m2": "area mass"})
 #: the same row by another name
-OTHER_NAMES: Mapping[str, str] = Joined("other_names")
+OTHER_NAMES: Mapping[str, str] = JoinedParts("other_names")
 
 
 def row_kind(run: Run, quantity: str) -> RowKind:
@@ -125,15 +132,15 @@ def row_kind(run: Run, quantity: str) -> RowKind:
     assumed or taken from another fabric. Bending follows from the overhang by Eq. 2: an overhang that is found again is
     tuned, a given one is an input. Macro rows of a derived material card have the kind of their meso inputs.
     """
-    origin, run = ORIGINS[run.rig.kind], by_its_yarns(run)
+    origin, run = ORIGINS[run.rig.kind], meso_run_behind_card(run)
     if quantity in origin.given(run):
         return "input"
     if tuning_labels(run.fabric, run.model.scale, run.direction, quantity):
         return "tuned"
     unknown = origin.assumed(run)
-    if is_fed(run):
+    if reproduces_input(run):
         return "assumed" if unknown else origin.fed(run)
-    return "assumed" if len(unknown) == len(deciding(run)) else "predicted"
+    return "assumed" if len(unknown) == len(deciding_fields(run)) else "predicted"
 
 
 def given_results(run: Run) -> tuple[str, ...]:
@@ -143,10 +150,10 @@ def given_results(run: Run) -> tuple[str, ...]:
 
 def assumed_inputs(run: Run) -> tuple[str, ...]:
     """Fields that decide the compared rows of ``run`` and are assumed, or taken from another fabric, which is named."""
-    found, yarns = ORIGINS[run.rig.kind].assumed(run), by_its_yarns(run)
+    found, yarns = ORIGINS[run.rig.kind].assumed(run), meso_run_behind_card(run)
     if yarns is run:
         return found
-    return (*ORIGINS[run.rig.kind].assumed(yarns), *(name for name in found if not in_card(name)))
+    return (*ORIGINS[run.rig.kind].assumed(yarns), *(name for name in found if not is_in_macro_card(name)))
 
 
 def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:
@@ -158,7 +165,7 @@ def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:
 
 def cell_assumed_inputs(fabric: Fabric, quantity: str) -> tuple[str, ...]:
     """Fields that decide ``quantity`` of the relaxed cell and are assumed, or taken from another fabric."""
-    return guessed(fabric, CELL[quantity])
+    return assumed_fields(fabric, CELL[quantity])
 
 
 def quantities(model: BaseModel) -> Iterator[Quantity]:

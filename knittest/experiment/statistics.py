@@ -65,10 +65,10 @@ def band(curves: Sequence[tuple[Array, Array]], end: float, common: str, points:
     start = max(float(x[0]) for x, _ in curves)
     if not end > start:
         raise InputError(f"the specimens have no common range of {common}")
-    return corridor_on(np.linspace(start, end, points), curves)
+    return corridor_on_grid(np.linspace(start, end, points), curves)
 
 
-def corridor_on(grid: Array, curves: Sequence[tuple[Array, Array]]) -> Corridor:
+def corridor_on_grid(grid: Array, curves: Sequence[tuple[Array, Array]]) -> Corridor:
     """Corridor of ``curves`` (x, y) on ``grid`` (points,) of x.
 
     >>> found = corridor_on(np.array([0.5]), [(np.array([0.0, 1.0]), np.array([0.0, f])) for f in (2.0, 4.0, 6.0)])

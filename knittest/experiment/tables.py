@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.files import data_dir, tidy_rows
+from knittest.base.files import data_dir, read_tidy_rows
 from knittest.config.sources import NUMBERED
 from knittest.experiment.conditions import EXACT, SIZES, UNKNOWN, Conditions, conditions_of
 
@@ -40,7 +40,7 @@ class PublishedValue:
     factors: tuple[float, ...] = ()
 
 
-def published(
+def published_rows(
     folder: Path, variant: str, direction: str, quantities: tuple[str, ...] = TENSILE
 ) -> list[PublishedValue]:
     """Rows of ``variant`` and ``direction``, or without direction, in ``folder``, in the order of ``quantities``.
@@ -48,7 +48,7 @@ def published(
     Raises :class:`InputError` for a missing folder, a wrong header, a value that is no number and contradicting sizes.
     """
     found = {}
-    for path, rows in groupby(tidy_rows(folder), key=lambda row: row[0]):
+    for path, rows in groupby(read_tidy_rows(folder), key=lambda row: row[0]):
         directions = (direction, "")
         own = [(n, row) for _, n, row in rows if row["variant"] == variant and row["direction"] in directions]
         conditions = _read_conditions(path, own)
@@ -79,7 +79,7 @@ def _read_conditions(path: Path, rows: Iterable[tuple[int, dict[str, str]]]) -> 
     return conditions_of(texts)
 
 
-def for_width(row: PublishedValue, width: float) -> PublishedValue:
+def scale_to_width(row: PublishedValue, width: float) -> PublishedValue:
     """Scale ``row`` of a strip to a ``width`` [mm], with a note; raises :class:`InputError` without a width."""
     own = row.conditions.strip_width_mm
     if own is None:
@@ -115,7 +115,7 @@ def factor_note(factors: Sequence[float], what: str) -> str:
     return f"simulated x {' or '.join(different)}: {what}"
 
 
-def left_out(rows: Iterable[tuple[PublishedValue, str]]) -> list[str]:
+def rejected_row_lines(rows: Iterable[tuple[PublishedValue, str]]) -> list[str]:
     """Write a line for each reason why ``rows`` are not compared; a row without a reason is compared."""
     found: dict[str, list[PublishedValue]] = {}
     for row, reason in rows:

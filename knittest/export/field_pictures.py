@@ -49,7 +49,7 @@ class PlanField:
         return float(np.sqrt(np.prod(np.ptp(self.place, axis=0)) / len(self.place)))
 
 
-def symmetric(values: Array, spanned: float = SPANNED) -> tuple["Normalize", str]:
+def symmetric_colours(values: Array, spanned: float = SPANNED) -> tuple["Normalize", str]:
     """Colours about 0 that span ``spanned`` % of ``values`` (n,), and the open ends of their bar for matplotlib."""
     from matplotlib.colors import Normalize
 
@@ -68,7 +68,7 @@ def fields_figure(fields: Sequence[PlanField], *, title: str, label: str) -> "Fi
     """Figure of ``fields`` in a row on one scale about 0, and of their differences to the first below, on another."""
     sheet = _Sheet(fields)
     sheet.figure.text(sheet.x(LEFT), 1.0 - sheet.y(0.3), title, fontsize=12, va="center")
-    norm, cut = symmetric(np.concatenate([f.value for f in fields]))
+    norm, cut = symmetric_colours(np.concatenate([f.value for f in fields]))
     for column, field in enumerate(fields):
         axes = sheet.panel(0, column)
         drawn = _draw_field(axes, field, norm)
@@ -127,9 +127,9 @@ class _Sheet:
 def _draw_differences(sheet: _Sheet, fields: Sequence[PlanField], label: str) -> None:
     step = float((sheet.high - sheet.low).max()) / GRID
     x, y = (np.arange(a + 0.5 * step, b, step) for a, b in zip(sheet.low, sheet.high, strict=True))
-    first, *others = (on_grid(field, x, y) for field in fields)
+    first, *others = (interpolate_on_grid(field, x, y) for field in fields)
     less = [other - first for other in others]
-    norm, cut = symmetric(np.concatenate([one.ravel() for one in less]))
+    norm, cut = symmetric_colours(np.concatenate([one.ravel() for one in less]))
     for column, one in enumerate(less, 1):
         axes = sheet.panel(1, column)
         drawn = axes.imshow(
@@ -149,7 +149,7 @@ def _draw_field(axes: "Axes", field: PlanField, norm: "Normalize") -> Any:
     )
 
 
-def on_grid(field: PlanField, x: Array, y: Array) -> Array:
+def interpolate_on_grid(field: PlanField, x: Array, y: Array) -> Array:
     """Interpolate ``field`` on the grid of ``x`` (n,) and ``y`` (m,) [mm]: (m, n); nan far from its places."""
     from scipy.interpolate import LinearNDInterpolator
     from scipy.spatial import cKDTree
@@ -166,7 +166,7 @@ def on_grid(field: PlanField, x: Array, y: Array) -> Array:
 POINT = 24
 
 
-def shear_field(
+def draw_shear_field(
     axes: "Axes", places: Array, value: Array, cmap: str = "viridis", norm: "Normalize | None" = None
 ) -> "Collection":
     """Draw ``value`` [deg], (n,), at ``places`` [mm]: polygons (n, k, 2) or points (n, 2); returns what has colours.

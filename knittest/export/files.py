@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from knittest.base.cache import Damaged, seal, unseal
-from knittest.base.files import replacing, resource_error
+from knittest.base.files import replace_file, resource_error
 
 __all__ = ["Damaged", "json_ready", "json_text", "read_arrays", "write_arrays"]
 
@@ -34,7 +34,7 @@ def json_text(value: object, indent: int | None = 2) -> str:
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
     """Write ``arrays`` with their checksum to ``path``, whole or not at all; raises :class:`ResourceError`."""
-    with replacing(path) as temporary, temporary.open("wb") as stream:
+    with replace_file(path) as temporary, temporary.open("wb") as stream:
         seal(stream, arrays)
 
 

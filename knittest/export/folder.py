@@ -15,16 +15,16 @@ from knittest.export.files import json_text
 from knittest.export.lock import (
     CHECKPOINTS,
     RunLock,
-    chosen_folder,
     clear_dead_run,
     files_of_incomplete_runs,
-    fresh_folder,
-    incomplete,
+    incomplete_name,
+    make_new_folder,
+    prepare_folder,
     results_of_runs,
     run_name,
     tables_of_runs,
 )
-from knittest.export.summary import ending, first_manifest, now, restarted_manifest
+from knittest.export.summary import exit_status, first_manifest, resume_manifest, timestamp
 
 #: values of equal length by the name of their column
 Columns = Mapping[str, ArrayLike]
@@ -67,7 +67,7 @@ class RunFolder:
         Raises :class:`InputError` when ``out`` is a file or holds something else, :class:`ResourceError` when it
         cannot be written or another run is using it.
         """
-        path = fresh_folder(Path("runs") / run_name(run)) if out is None else chosen_folder(out)
+        path = make_new_folder(Path("runs") / run_name(run)) if out is None else prepare_folder(out)
         lock = RunLock(path)
         try:
             clear_dead_run(path, lock)
@@ -85,7 +85,7 @@ class RunFolder:
         cls, path: Path, lock: RunLock, manifest: dict[str, Any], *, threads: int, notes: dict[str, Any]
     ) -> Self:
         """Resume a run that did not complete, under ``lock``; ``notes`` go into its manifest."""
-        folder = cls(path, lock, restarted_manifest(manifest, threads, notes))
+        folder = cls(path, lock, resume_manifest(manifest, threads, notes))
         folder.notice = ""
         for name in (*files_of_incomplete_runs(), *results_of_runs()):
             (path / name).unlink(missing_ok=True)
@@ -112,11 +112,11 @@ class RunFolder:
         """Rename those of the files ``names`` that exist, so that none looks like one of a completed run."""
         for name in names:
             with suppress(OSError):
-                (self.path / name).replace(self.path / incomplete(name))
+                (self.path / name).replace(self.path / incomplete_name(name))
 
     def log(self, event: str, **fields: object) -> None:
         """Append one line to log.jsonl: time, event and its fields."""
-        line = json_text({"time": now(), "event": event, **fields}, indent=None)
+        line = json_text({"time": timestamp(), "event": event, **fields}, indent=None)
         path = self.path / "log.jsonl"
         try:
             with path.open("a", encoding="utf-8") as stream:
@@ -131,7 +131,7 @@ class RunFolder:
                 with suppress(OSError):
                     (self.path / name).unlink(missing_ok=True)
             self.mark_incomplete(tables_of_runs())
-        self._manifest |= {"status": status, "ended": now(), "exit_code": exit_code, "message": message}
+        self._manifest |= {"status": status, "ended": timestamp(), "exit_code": exit_code, "message": message}
         self._lock.give_room()
         try:
             self._write_manifest()
@@ -164,14 +164,14 @@ class RunFolder:
         if self.finished:
             return
         try:
-            self.finish(*ending(error))
+            self.finish(*exit_status(error))
         except KnittestError:
             # The first error is the one to report; a second, from the full disk, adds nothing.
             if error is None:
                 raise
 
     @property
-    def forced(self) -> list[str]:
+    def forced_changes(self) -> list[str]:
         """Changes under which the run was resumed by force."""
         return [change for note in self._manifest.get("resumed", []) for change in note.get("forced", [])]
 

@@ -14,11 +14,11 @@ import knittest
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir
 from knittest.base.kinds import kinds, package_digest
-from knittest.config.dumping import dump
 from knittest.config.run import Run
 from knittest.config.tools import stl_tools
+from knittest.config.yaml_writer import dump
 from knittest.fabric.cell import cell_digest
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 
 _LIBRARIES = ("llvmlite", "matplotlib", "meshio", "numba", "numpy", "pandas", "pydantic", "PyYAML", "scipy")
 
@@ -129,7 +129,7 @@ def kernel_digest() -> str:
 
 def changes(before: Mapping[str, object], now: Mapping[str, object]) -> list[str]:
     """List the changes, such as ``solver.damping was 0.5, is 0.6``; empty if results must be bitwise identical."""
-    old, new = (dict(_leaves({k: v for k, v in i.items() if k != "config_sha256"})) for i in (before, now))
+    old, new = (dict(_leaf_values({k: v for k, v in i.items() if k != "config_sha256"})) for i in (before, now))
     names = {k: k.removeprefix("config.") for k in sorted(old.keys() | new.keys())}
     return [
         f"{name} was {old.get(key, 'missing')}, is {new.get(key, 'missing')}"
@@ -138,9 +138,9 @@ def changes(before: Mapping[str, object], now: Mapping[str, object]) -> list[str
     ]
 
 
-def _leaves(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
+def _leaf_values(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
     if isinstance(value, Mapping) and value:
         for key, item in value.items():
-            yield from _leaves(item, f"{path}.{key}" if path else str(key))
+            yield from _leaf_values(item, f"{path}.{key}" if path else str(key))
     else:
         yield path, value

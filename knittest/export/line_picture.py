@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, YELLOW, dress, new_figure, save
-from knittest.base.history import START_UP, Array, History, judged_rows
+from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, YELLOW, new_figure, save, style_axes
+from knittest.base.history import START_UP, Array, History, checked_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -84,7 +84,7 @@ def line_picture(
     top = 0.93 - TITLE * title.count("\n")
     figure = new_figure(8.0, 5.4)
     axes = figure.add_axes((0.1, below, 0.86, top - below))
-    dress(axes)
+    style_axes(axes)
     for span in spans:
         axes.axvspan(span.low, span.high, color=GREY, alpha=0.18, linewidth=0, label=span.label)
     for band in bands:
@@ -168,7 +168,7 @@ def curve_picture(
     """
     figure = new_figure(8.0, 6.0)
     axes = figure.add_axes((0.1, 0.25, 0.79 if yarns else 0.86, 0.69))
-    dress(axes)
+    style_axes(axes)
     for reference in references:
         draw_reference(axes, reference)
     if end_point is not None:
@@ -279,8 +279,8 @@ def energy_picture(
     upper = figure.add_axes((0.08, 0.41, 0.67, 0.52))
     lower = figure.add_axes((0.08, 0.09, 0.67, 0.28), sharex=upper)
     for axes in (upper, lower):
-        dress(axes)
-    time, rows = history.energies["time_ms"], rows or judged_rows(history)
+        style_axes(axes)
+    time, rows = history.energies["time_ms"], rows or checked_rows(history)
     _draw_energies(upper, history.energies, time)
     _draw_ratios(lower, history.energies, time, kinetic_limit, energy_limit)
     for axes, failure, shaded in ((upper, "first failure", None), (lower, None, _SHADED)):

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import data_dir, make_folder, resource_error
-from knittest.base.kinds import listed
+from knittest.base.kinds import list_part
 from knittest.base.machine import host_name
 from knittest.config.run import Run
 
@@ -113,7 +113,7 @@ def _describe_owner(content: bytes) -> str | None:
 DATA_FOLDER = "data"
 
 
-def kept_beside(text: str, folder: Path, name: str) -> str:
+def copy_into_run(text: str, folder: Path, name: str) -> str:
     """Copy the file or the tables of the folder ``text`` to :data:`DATA_FOLDER` in ``folder``, unless it is shipped.
 
     Returns the path to use. Raises :class:`ResourceError`.
@@ -147,15 +147,15 @@ ADDED = ("compare.*", "film.*", "report-*", "tables.xlsx", "verify", "frames", C
 
 def results_of_runs() -> tuple[str, ...]:
     """Names of the files that only a completed run of any test may show."""
-    return tuple(dict.fromkeys((*_RESULTS, *listed("pictures"))))
+    return tuple(dict.fromkeys((*_RESULTS, *list_part("pictures"))))
 
 
 def tables_of_runs() -> tuple[str, ...]:
     """Names of the tables of runs of all tests."""
-    return tuple(dict.fromkeys((*_TABLES, *listed("tables"))))
+    return tuple(dict.fromkeys((*_TABLES, *list_part("tables"))))
 
 
-def incomplete(name: str) -> str:
+def incomplete_name(name: str) -> str:
     """Name of the file ``name``, a table or a picture, of a run that did not complete."""
     stem, _, ending = name.rpartition(".")
     return f"{stem}.incomplete.{ending}"
@@ -163,7 +163,7 @@ def incomplete(name: str) -> str:
 
 def files_of_incomplete_runs() -> tuple[str, ...]:
     """Names of the tables and pictures that a run left that did not complete."""
-    return tuple(incomplete(name) for name in (*tables_of_runs(), *listed("pictures")))
+    return tuple(incomplete_name(name) for name in (*tables_of_runs(), *list_part("pictures")))
 
 
 def run_name(run: Run, *, direction: str | None = None, at: datetime | None = None) -> str:
@@ -179,7 +179,7 @@ def slug(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "-", plain).strip("-.")[:60] or "unnamed"
 
 
-def fresh_folder(path: Path) -> Path:
+def make_new_folder(path: Path) -> Path:
     """Make ``path``, or ``path-2``, ``path-3``... when runs of the same second got there first."""
     make_folder(path.parent)
     try:
@@ -192,7 +192,7 @@ def fresh_folder(path: Path) -> Path:
         raise resource_error(path, error) from error
 
 
-def chosen_folder(path: Path) -> Path:
+def prepare_folder(path: Path) -> Path:
     """Make the folder ``path``, or check that it is empty or belongs to a dead run or one with an input error."""
     if os.path.lexists(path) and not path.is_dir():
         raise InputError(f"--out {path}: is a file; choose a new or empty folder")
@@ -201,7 +201,7 @@ def chosen_folder(path: Path) -> Path:
         names = [file.name for file in path.iterdir()]
     except OSError as error:
         raise resource_error(path, error) from error
-    if names and LOCK_NAME not in names and not of_bad_input(path):
+    if names and LOCK_NAME not in names and not ended_by_input_error(path):
         resumable = "config.yaml" in names and any(name.startswith("checkpoint-") for name in names)
         instead = f"continue the run in it with: knittest resume {path}, or " if resumable else ""
         raise InputError(f"--out {path}: not empty; {instead}choose a new folder, or remove this one if not needed")
@@ -216,7 +216,7 @@ def clear_dead_run(path: Path, lock: RunLock) -> None:
     if _read_ending(path)[0] == "completed":  # and killed before its lock was removed
         raise InputError(f"--out {path}: contains a completed run; choose a new folder, or remove this one")
     leftover = [name for name in names if re.fullmatch(r"\..*\.tmp(\.\w+)?", name)]
-    useless = fnmatch.filter(names, CHECKPOINTS) if of_bad_input(path) else []  # of another input
+    useless = fnmatch.filter(names, CHECKPOINTS) if ended_by_input_error(path) else []  # of another input
     strange = sorted(names - {*OWN_FILES, *results_of_runs(), *tables_of_runs()} - {"frames", *leftover, *useless})
     if strange:
         raise InputError(
@@ -272,7 +272,7 @@ def _is_of_run(file: Path) -> bool:
     return printed or file.name in names or any(fnmatch.fnmatch(file.name, pattern) for pattern in ADDED)
 
 
-def of_bad_input(path: Path) -> bool:
+def ended_by_input_error(path: Path) -> bool:
     """Return whether the run in ``path`` ended because of an input error."""
     return _read_ending(path) == ("failed", InputError.exit_code)
 

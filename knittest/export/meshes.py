@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.files import replacing, resource_error, write_atomic
+from knittest.base.files import replace_file, resource_error, write_atomic
 from knittest.base.history import Array, Body, Frame, History, Mesh
 from knittest.fabric.cell import SYSTEMS, Cell
 from knittest.fabric.strip import YarnPath, centre_lines
@@ -55,7 +55,7 @@ def _save(path: Path, form: str, points: Array, cells: Sequence[tuple[str, Index
     import meshio
 
     how: dict[str, Any] = {"compression": "zlib"} if form == "vtu" else {"binary": True}
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         meshio.write(temporary, meshio.Mesh(points, cells, **more), file_format=form, **how)
 
 
@@ -250,7 +250,7 @@ def write_abaqus(path: Path, mesh: Mesh, position: Array) -> None:
     shape, wanted = CELLS[mesh.kind]
     sets = {name: [np.flatnonzero(mesh.part == part)] for part, name in enumerate(mesh.part_names)}
     content = meshio.Mesh(position, [(shape, mesh.cells)], cell_sets=sets)
-    with replacing(path) as temporary:
+    with replace_file(path) as temporary:
         meshio.write(temporary, content, file_format="abaqus")
         written = temporary.read_text(encoding="utf-8")
         typed = written.replace(f"TYPE={meshio_to_abaqus_type[shape]}\n", f"TYPE={wanted}\n")

@@ -55,11 +55,11 @@ def render_tubes(start: Array, end: Array, radius: Array, colour: Array, view: V
     Returns RGBA (rows, columns, 4), transparent where no yarn lies. A pixel shows the capsule with the highest
     surface there, z = z_axis + sqrt(r^2 - d^2), shaded by Lambert's law.
     """
-    canvas = drawn_tubes(start, end, radius, colour, view)
+    canvas = tube_canvas(start, end, radius, colour, view)
     return canvas.image.reshape(canvas.rows, canvas.columns, 4)
 
 
-def drawn_tubes(start: Array, end: Array, radius: Array, colour: Array, view: View) -> Canvas:
+def tube_canvas(start: Array, end: Array, radius: Array, colour: Array, view: View) -> Canvas:
     """Canvas of :func:`render_tubes`, which has the height of what is seen too."""
     canvas = Canvas(view)
     low, high = np.minimum(start, end)[:, :2] - radius[:, None], np.maximum(start, end)[:, :2] + radius[:, None]
@@ -112,7 +112,7 @@ def _pixels(first: Index, patch: Sequence[int] | Index) -> tuple[Index, Index]:
 LOOKS = {"oblique": (30.0, 50.0), "top": (0.0, 0.0), "side": (0.0, 90.0)}
 
 
-def sight(look: str = "oblique", *, turned: bool = False) -> Array:
+def view_axes(look: str = "oblique", *, turned: bool = False) -> Array:
     """Rows: right, up and towards the viewer, of one of :data:`LOOKS`; ``turned`` about the vertical by 90 deg more."""
     turn, tilt = np.deg2rad(LOOKS[look])
     turn += 0.5 * np.pi * turned
@@ -122,14 +122,16 @@ def sight(look: str = "oblique", *, turned: bool = False) -> Array:
     return np.array([right, up, np.cross(right, up)])
 
 
-def shaded(corners: Array, colour: Array) -> tuple[Array, Array]:
-    """Quadrilaterals (n, 4, 2) of ``corners`` (n, 4, 3), from far to near, and ``colour`` shaded by :func:`lit`."""
-    shade = lit(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
+def shade_quads(corners: Array, colour: Array) -> tuple[Array, Array]:
+    """Quadrilaterals (n, 4, 2) of ``corners`` (n, 4, 3), from far to near, and ``colour`` shaded by
+    :func:`surface_light`.
+    """
+    shade = surface_light(np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]))
     order = np.argsort(corners[:, :, 2].mean(axis=1))
     return corners[order][:, :, :2], np.clip(colour * shade[:, None], 0.0, 1.0)[order]
 
 
-def lit(normal: Array) -> Array:
+def surface_light(normal: Array) -> Array:
     """Light on surfaces with ``normal`` (n, 3) of any length, by Lambert's law from both sides; 0.45 edge on."""
     length = np.maximum(np.linalg.norm(normal, axis=1), 1e-12)
     return np.asarray(0.45 + 0.6 * np.abs(normal @ _LIGHT) / length)
@@ -142,8 +144,9 @@ _EDGE_ON = 1e-9
 _WHOLE = 32.0
 
 
-def nearest(corners: Array, view: View) -> tuple[Array, Array]:
-    """Height [mm], -inf where there is nothing, and light (:func:`knittest.export.shading.lit`) of the triangles
+def render_triangles(corners: Array, view: View) -> tuple[Array, Array]:
+    """Height [mm], -inf where there is nothing, and light (:func:`knittest.export.shading.surface_light`) of the
+    triangles
     ``corners`` (n, 3, 3), in axes of ``view`` with z towards the viewer; (rows, columns) each, row 0 at the bottom.
     """
     rows, columns = view.shape
@@ -153,7 +156,7 @@ def nearest(corners: Array, view: View) -> tuple[Array, Array]:
     place[:, :, :2] = (corners[:, :, :2] - [view.left, view.bottom]) / view.pixel - 0.5  # centres of pixels are whole
     low = np.clip(np.floor(place[:, :, :2].min(axis=1)), 0, [columns, rows]).astype(int)
     size = np.clip(np.ceil(place[:, :, :2].max(axis=1)) + 1, 0, [columns, rows]).astype(int) - low
-    shade = lit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    shade = surface_light(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     order = 2 ** np.ceil(np.log2(np.maximum(size.max(axis=1), 1))).astype(int)
     for patch in np.unique(order[(size > 0).all(axis=1)]):
         alike = np.flatnonzero((order == patch) & (size > 0).all(axis=1))

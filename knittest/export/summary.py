@@ -8,12 +8,12 @@ from typing import Any
 
 import knittest
 from knittest.base.errors import KnittestError, OutOfTolerance
-from knittest.base.history import Cost, Quality, of_all
+from knittest.base.history import Cost, Quality, with_common_names
 from knittest.base.interrupts import INTERRUPTED, Interrupted
 from knittest.base.machine import host_name
-from knittest.base.result_rows import folded, spread_of
+from knittest.base.result_rows import fold_results, spread_of
 from knittest.base.summary import ComparisonRow, CostBlock, Limit, Spread, Status, Summary
-from knittest.config.gates import GATES, loosened
+from knittest.config.quality_checks import SOLVER_CHECKS, relaxed_limits
 from knittest.config.run import Run
 from knittest.export import identity
 
@@ -48,7 +48,8 @@ def build_summary(
         "direction": run.direction,
         "status": "completed",
         "results": _fold_specimens(specimens),
-        "quality": {gate.key: getattr(quality, gate.key) for gate in GATES} | {"quasi_static": quality.quasi_static},
+        "quality": {gate.key: getattr(quality, gate.key) for gate in SOLVER_CHECKS}
+        | {"quasi_static": quality.quasi_static},
         "cost": {key: getattr(cost, key) for key in CostBlock.__annotations__},  # type: ignore[typeddict-item]
         "comparison": [] if quality.failures else [_fixed_keys(row) for row in comparison],
         "kinds": {} if quality.failures else dict(kinds or {}),
@@ -57,17 +58,17 @@ def build_summary(
         "warnings": list(quality.warnings),
         "limits": [
             Limit(name=o.name, value=o.value, preset=o.preset, unit=o.unit, accepted=run.accept_limits)
-            for o in loosened(run)
+            for o in relaxed_limits(run)
         ],
     }
     if any(rest):
-        found["rest"] = _fold_specimens(of_all(rest))
+        found["rest"] = _fold_specimens(with_common_names(rest))
     return found
 
 
 def _fold_specimens(specimens: Sequence[Results]) -> dict[str, object]:
     """Return the numbers of one specimen, or mean, sd and values of several, as in the file."""
-    return folded(specimens[0] if len(specimens) == 1 else ensemble_results(specimens))
+    return fold_results(specimens[0] if len(specimens) == 1 else ensemble_results(specimens))
 
 
 def _fixed_keys(row: ComparisonRow) -> ComparisonRow:
@@ -95,21 +96,21 @@ def first_manifest(
         "libraries": identity.library_versions(),
         "pid": os.getpid(),
         "host": host_name(),
-        "started": now(),
+        "started": timestamp(),
         "ended": None,
         "exit_code": None,
         "message": "",
     }
 
 
-def restarted_manifest(manifest: Mapping[str, Any], threads: int, notes: Mapping[str, Any]) -> dict[str, Any]:
+def resume_manifest(manifest: Mapping[str, Any], threads: int, notes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the ``manifest`` of a resumed run, with ``notes`` on the checkpoint and on forced changes."""
     again = {"status": "running", "ended": None, "exit_code": None, "message": "", "threads": threads}
     here = {"pid": os.getpid(), "host": host_name()}
-    return {**manifest, **again, **here, "resumed": [*manifest.get("resumed", []), {"time": now(), **notes}]}
+    return {**manifest, **again, **here, "resumed": [*manifest.get("resumed", []), {"time": timestamp(), **notes}]}
 
 
-def ending(error: BaseException | None) -> tuple[Status, int, str]:
+def exit_status(error: BaseException | None) -> tuple[Status, int, str]:
     """Status, exit code and message for the exception that ended a run."""
     if error is None:
         return "completed", 0, ""
@@ -122,6 +123,6 @@ def ending(error: BaseException | None) -> tuple[Status, int, str]:
     return "failed", 1, f"{type(error).__name__}: {error}"
 
 
-def now() -> str:
+def timestamp() -> str:
     """Present time in ISO 8601, with its time zone."""
     return datetime.now().astimezone().isoformat(timespec="seconds")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.figure import new_figure, present, save
+from knittest.base.figure import current_printing, new_figure, save
 from knittest.base.history import Array, Frame, History, Mesh
 from knittest.config.fabric import Direction
 from knittest.export.shading import View, render_tubes
@@ -58,25 +58,25 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
     """
     from matplotlib.patches import Rectangle
 
-    before = history.at_peak
+    before = history.peak_frame
     frames = (before, history.frames[-1])
     start = history.frames[0].position
     along = _pulled_axis(start, before.position)
     positions = [_turn_upright(frame.position, start, along) for frame in frames]
     force = "axial_force" if history.mesh.kind == "beams" else f"force_{direction}"
-    scale = _scale(force, before)
+    scale = _force_scale(force, before)
     box = _fit_window(*positions)
     zooms = history.mesh.kind == "beams"
     figure, strips, windows = _layout(box, zooms)
     for number, (axes, frame, position) in enumerate(zip(strips, frames, positions, strict=True)):
         colour = _colour_elements(history.mesh, frame.fields[force], scale)
-        _draw(axes, history.mesh, frame, position, colour, box)
+        _draw_elements(axes, history.mesh, frame, position, colour, box)
         axes.set_title(_caption(frame, float(history.curve["force_n"].max()), broken=number == 1), fontsize=9.5)
         axes.set_xlabel("across [mm]", fontsize=9)
         if zooms:
             view = _zoom_window(_find_fracture(history.mesh, frames[1], position), box)
             window, corner = windows[number], (view.left, view.bottom)
-            _draw(window, history.mesh, frame, position, colour, view)
+            _draw_elements(window, history.mesh, frame, position, colour, view)
             axes.add_patch(Rectangle(corner, _ZOOM_MM, _ZOOM_MM, facecolor="none", edgecolor=_MARK, linewidth=1.6))
             window.set_title(f"detail of the {_ORDER[number]}, {_ZOOM_MM:g} x {_ZOOM_MM:g} mm", fontsize=9.5)
             window.yaxis.tick_right()
@@ -84,7 +84,7 @@ def strip_picture(path: Path, history: History, *, direction: Direction, title: 
             middle = position[history.mesh.cells[_broken_inlays(history.mesh, frame)]].mean(axis=1)
             axes.plot(middle[:, 0], middle[:, 1], "x", color=_MARK, markersize=4.5, markeredgewidth=1.3)
     strips[0].set_ylabel(f"along the {direction} [mm]", fontsize=9)
-    cut = _cut(scale, [frame.fields[force][frame.fields["alive"] > 0] for frame in frames])
+    cut = _colourbar_ends(scale, [frame.fields[force][frame.fields["alive"] > 0] for frame in frames])
     _finish(figure, path, title, scale, cut)
 
 
@@ -105,7 +105,7 @@ def _turn_upright(position: Array, reference: Array, along: int) -> Array:
     return position - [low[0], low[1], 0.0]
 
 
-def _scale(force: str, before: Frame) -> Scale:
+def _force_scale(force: str, before: Frame) -> Scale:
     from matplotlib.colors import LinearSegmentedColormap, Normalize
 
     alive = before.fields["alive"] > 0
@@ -129,8 +129,8 @@ def _fit_window(before: Array, broken: Array) -> View:
 
 def _view(low: Array, high: Array, pixels: float, finest: float) -> View:
     """View from ``low`` to ``high`` (2,) [mm] of at most ``pixels``, none smaller than ``finest`` [mm]."""
-    size = float(np.sqrt((high - low).prod() / (pixels * present().pixels)))
-    return View(low[0], high[0], low[1], high[1], max(size, finest / present().pixels ** 0.5))
+    size = float(np.sqrt((high - low).prod() / (pixels * current_printing().pixels)))
+    return View(low[0], high[0], low[1], high[1], max(size, finest / current_printing().pixels ** 0.5))
 
 
 def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"]]:
@@ -163,7 +163,7 @@ def _colour_elements(mesh: Mesh, force: Array, scale: Scale) -> Array:
     return colour
 
 
-def _draw(axes: "Axes", mesh: Mesh, frame: Frame, position: Array, colour: Array, view: View) -> None:
+def _draw_elements(axes: "Axes", mesh: Mesh, frame: Frame, position: Array, colour: Array, view: View) -> None:
     alive = (frame.fields["alive"] > 0) & np.isfinite(position[mesh.cells]).all(axis=(1, 2))
     axes.set_facecolor(_GROUND)
     if mesh.kind == "beams":
@@ -201,10 +201,10 @@ def _zoom_window(centre: Array, box: View) -> View:
     half = _ZOOM_MM / 2
     low, high = np.array([box.left, box.bottom]) + half, np.array([box.right, box.top]) - half
     x, y = np.where(low < high, np.clip(centre, low, np.maximum(low, high)), (low + high) / 2)
-    return View(x - half, x + half, y - half, y + half, _ZOOM_MM / (_ZOOM_PIXELS * present().pixels ** 0.5))
+    return View(x - half, x + half, y - half, y + half, _ZOOM_MM / (_ZOOM_PIXELS * current_printing().pixels ** 0.5))
 
 
-def _cut(scale: Scale, forces: Sequence[Array]) -> Cut:
+def _colourbar_ends(scale: Scale, forces: Sequence[Array]) -> Cut:
     """Ends of the colour bar beyond which forces lie: a compressed yarn, or one that took over load."""
     found = np.concatenate(forces)
     low = bool(found.size and np.nanmin(found) < -_NEGLIGIBLE * scale.largest)

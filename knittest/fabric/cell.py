@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from knittest.base.arrays import Array
-from knittest.base.cache import Damaged, cache_folder, checksum, keep, kept
+from knittest.base.cache import Damaged, cache_folder, checksum, load_cached, save_cached
 from knittest.base.history import RELAXED
 from knittest.base.progress import tell
 from knittest.config.fabric import Fabric
@@ -109,7 +109,7 @@ class Cell:
         """Period vector [mm], (3,), of each yarn system."""
         return self.spec.periods
 
-    def closed(self, system: str) -> Array:
+    def closed_curve(self, system: str) -> Array:
         """Centre-line [mm], (n + 1, 3), of ``system`` up to and including the end of its period."""
         curve: Array = getattr(self, system)
         return np.vstack([curve, curve[:1] + self.periods[system]])
@@ -128,17 +128,23 @@ class Cell:
     @property
     def length_error(self) -> float:
         """Relative deviation of the loop length [-]."""
-        return polyline_length(self.closed("knit")) / self.spec.loop_length - 1.0
+        return polyline_length(self.closed_curve("knit")) / self.spec.loop_length - 1.0
 
     def crimp(self, system: str) -> float:
         """Extra length of a relaxed warp or weft over its period [-]."""
-        return polyline_length(self.closed(system)) / float(np.linalg.norm(self.periods[system])) - 1.0
+        return polyline_length(self.closed_curve(system)) / float(np.linalg.norm(self.periods[system])) - 1.0
 
 
 # Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them, with a checksum inside.
 
 #: sources that decide the shape of a cell besides its inputs
-SOURCES = ("fabric/loop.py", "fabric/relax.py", "fabric/topology.py", "kernels/relaxation.py", "kernels/section.py")
+SOURCES = (
+    "fabric/loop.py",
+    "fabric/relaxation.py",
+    "fabric/topology.py",
+    "kernels/relaxation.py",
+    "kernels/section.py",
+)
 NUMBERS = ("deepest", "worst", "residual", "iterations")
 DIGITS = 24
 
@@ -153,7 +159,7 @@ def load_cell(spec: CellSpec) -> Cell | None:
     """Cached cell; None if there is none, or with a line on stderr if it is damaged."""
     path = cell_path(spec)
     try:
-        arrays = kept(path, _key(spec))
+        arrays = load_cached(path, _key(spec))
         return None if arrays is None else _cell(spec, arrays)
     except (Damaged, KeyError, TypeError, ValueError) as error:
         tell(f"{path}: {error}; the cached cell is relaxed again")
@@ -162,7 +168,7 @@ def load_cell(spec: CellSpec) -> Cell | None:
 
 def save_cell(cell: Cell) -> None:
     """Write ``cell`` whole or not at all; if the disk refuses, the next run only relaxes again."""
-    keep(cell_path(cell.spec), _key(cell.spec), _arrays(cell))
+    save_cached(cell_path(cell.spec), _key(cell.spec), _arrays(cell))
 
 
 def cell_digest(cell: Cell) -> str:

@@ -31,7 +31,7 @@ class YarnPath:
     points: Array
 
     @property
-    def uncut(self) -> "YarnPath":
+    def uncut_path(self) -> "YarnPath":
         """The yarn over whole pitches: itself, unless a piece was cut out of it."""
         return self
 
@@ -59,7 +59,7 @@ def wave_scale(cell: Cell, system: str, n: int) -> float:
         return 1.0
 
     def excess(scale: float) -> float:
-        return polyline_length(_scaled(closed, period, scale)) / spacing - 1.0 - wanted
+        return polyline_length(_scale_wave(closed, period, scale)) / spacing - 1.0 - wanted
 
     return float(brentq(excess, 0.5, 2.0))
 
@@ -79,14 +79,14 @@ def strip(
     """
     across, along = cell.periods["weft"], cell.periods["warp"]
     pieces = {s: wave_elements(cell, s, elements_per_wave) for s in ("warp", "weft")}
-    knit = _cut(cell, "knit", elements_per_loop, n_wales, control_points)
-    warp = _cut(cell, "warp", pieces["warp"], n_courses, control_points)
-    weft = _cut(cell, "weft", pieces["weft"], n_wales, control_points)
+    knit = _first_yarn(cell, "knit", elements_per_loop, n_wales, control_points)
+    warp = _first_yarn(cell, "warp", pieces["warp"], n_courses, control_points)
+    weft = _first_yarn(cell, "weft", pieces["weft"], n_wales, control_points)
     paths = [YarnPath("knit", c, knit + c * along) for c in range(n_courses)]
     for w in range(n_wales):
-        paths.append(YarnPath("warp", w, _scaled(warp, along, float(amplitude["warp"][w])) + w * across))
+        paths.append(YarnPath("warp", w, _scale_wave(warp, along, float(amplitude["warp"][w])) + w * across))
     for c in range(n_courses):
-        paths.append(YarnPath("weft", c, _scaled(weft, across, float(amplitude["weft"][c])) + c * along))
+        paths.append(YarnPath("weft", c, _scale_wave(weft, across, float(amplitude["weft"][c])) + c * along))
     return paths
 
 
@@ -99,12 +99,12 @@ def centre_lines(cell: Cell, n_wales: int, n_courses: int, finer: int = 1) -> li
         ("warp", n_courses, n_wales, across),
         ("weft", n_wales, n_courses, along),
     ):
-        line = _cut(cell, system, finer * len(getattr(cell, system)), periods, points_on)
+        line = _first_yarn(cell, system, finer * len(getattr(cell, system)), periods, points_on)
         paths += [YarnPath(system, k, line + k * step) for k in range(copies)]
     return paths
 
 
-def _cut(cell: Cell, system: str, n: int, periods: int, place: Place) -> Array:
+def _first_yarn(cell: Cell, system: str, n: int, periods: int, place: Place) -> Array:
     """First yarn of ``system`` over ``periods`` periods by ``place``, both ends included: (n * periods + 1, 3)."""
     curve, period = getattr(cell, system), cell.periods[system]
     axis = int(np.argmax(period))
@@ -116,7 +116,7 @@ def _cut(cell: Cell, system: str, n: int, periods: int, place: Place) -> Array:
     return tiled
 
 
-def _scaled(points: Array, period: Array, scale: float) -> Array:
+def _scale_wave(points: Array, period: Array, scale: float) -> Array:
     """Scale the deviation of a yarn from its straight mean line; the last point repeats the first."""
     axis = period / np.linalg.norm(period)
     along = points @ axis
@@ -133,18 +133,18 @@ class CutPath(YarnPath):
     first: int
 
     @property
-    def uncut(self) -> YarnPath:
+    def uncut_path(self) -> YarnPath:
         """The yarn before it was cut."""
         return self.of
 
 
-def turned(points: Array) -> Array:
+def rotate_to_bias(points: Array) -> Array:
     """``points`` (n, 3) turned by 45 deg about z: the weft, along x, comes to lie on y = x, the warp on y = -x."""
     c = sqrt(0.5)
     return points @ np.array([[c, c, 0.0], [-c, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def cells_under(length: float, width: float, pitches: tuple[float, float]) -> tuple[int, int]:
+def cells_for_bias_strip(length: float, width: float, pitches: tuple[float, float]) -> tuple[int, int]:
     """Wales and courses, of ``pitches`` [mm], of a piece that a strip at 45 deg can be cut out of."""
     across = (length + width) / sqrt(2.0)
     wales, courses = (ceil(across / pitch) + 2 for pitch in pitches)
@@ -159,28 +159,28 @@ def cut_on_the_bias(paths: Sequence[YarnPath], length: float, width: float, leas
     """
     found = []
     for path in paths:
-        points = turned(path.points)
+        points = rotate_to_bias(path.points)
         inside = (np.abs(points[:, 0]) <= 0.5 * width) & (np.abs(points[:, 1]) <= 0.5 * length)
         ends = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
         found += [
-            CutPath(path.system, path.index, _with_ends(points, first, last), replace(path, points=points), int(first))
+            CutPath(path.system, path.index, _place_ends(points, first, last), replace(path, points=points), int(first))
             for first, last in zip(ends[::2], ends[1::2], strict=True)
             if last - first - 1 >= least[path.system]
         ]
     return found
 
 
-def _with_ends(points: Array, first: int, last: int) -> Array:
+def _place_ends(points: Array, first: int, last: int) -> Array:
     """Control ``points`` (n, 3) from ``first`` to before ``last``, with both ends placed."""
     found = points[first:last].copy()
     if first > 0 and last > first + 2:
-        found[0] = _end(points[first - 1 : first + 3][::-1])
+        found[0] = _end_point(points[first - 1 : first + 3][::-1])
     if last < len(points) and last > first + 2:
-        found[-1] = _end(points[last - 3 : last + 1])
+        found[-1] = _end_point(points[last - 3 : last + 1])
     return found
 
 
-def _end(points: Array) -> Array:
+def _end_point(points: Array) -> Array:
     """Last control point of a yarn that is cut behind the third of four ``points`` (4, 3).
 
     Behind the middle of the last element the centre-line goes on along the parabola of the piece before. It would end

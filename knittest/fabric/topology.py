@@ -43,18 +43,18 @@ def crossings(cell: "Cell") -> list[Crossing]:
     """
     curves = [getattr(cell, s) for s in SYSTEMS]
     starts = [c[:, :2] for c in curves]
-    chords = [np.diff(cell.closed(s), axis=0) for s in SYSTEMS]
+    chords = [np.diff(cell.closed_curve(s), axis=0) for s in SYSTEMS]
     spacing = np.array([cell.spec.wale, cell.spec.course])
     found = []
     for a, b in ((0, 0), (0, 1), (0, 2), (1, 2)):
         for across, along in np.ndindex(2 * IMAGES + 1, 2 * IMAGES + 1):
             image = (across - IMAGES, along - IMAGES)
             if a != b or image[1] > 0:
-                found += _pair(a, b, image, np.array(image) * spacing, starts, chords, curves)
+                found += _pair_crossings(a, b, image, np.array(image) * spacing, starts, chords, curves)
     return found
 
 
-def _pair(
+def _pair_crossings(
     a: int, b: int, image: tuple[int, int], shift: Array, starts: list[Array], chords: list[Array], curves: list[Array]
 ) -> list[Crossing]:
     """Crossings of yarn ``a`` with the image of yarn ``b``; solved for all segments at once."""
@@ -83,7 +83,7 @@ def sequence(found: list[Crossing]) -> list[tuple[int, bool]]:
     return [(k, over) for _, k, over in sorted(along)]
 
 
-def reduced(found: list[Crossing]) -> list[Crossing]:
+def remove_slack_pairs(found: list[Crossing]) -> list[Crossing]:
     """Drop pairs of neighbouring crossings of the same two strands, one over the other in both (Reidemeister II)."""
     while (slack := _slack_pair(found)) is not None:
         found = [c for k, c in enumerate(found) if k not in slack]
@@ -105,7 +105,7 @@ def _slack_pair(found: list[Crossing]) -> frozenset[int] | None:
 
 def knit_code(cell: "Cell") -> list[str]:
     """Code of a course along its yarn, in the notation of :data:`KNIT_CODE`, without pairs that are only slack."""
-    found = reduced([c for c in crossings(cell) if c.over == c.under == 0])
+    found = remove_slack_pairs([c for c in crossings(cell) if c.over == c.under == 0])
     code = []
     for k, over in sequence(found):
         course = found[k].image[1] if over else -found[k].image[1]

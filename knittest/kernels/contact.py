@@ -15,7 +15,7 @@ from knittest.kernels.vec import INLINE, ONE, U, add, at3, combine, sub
 
 #: kinds of contacts: at a point, whose place on both yarns is free; of yarns side by side, or with the first bent round
 #: the second, one at the middle of each piece of the first; with the second bent round the first, of the second
-POINT, BESIDE, FIRST_ALONG, SECOND_ALONG = 0.0, 1.0, 2.0, 3.0
+POINT, SIDE_BY_SIDE, FIRST_ALONG, SECOND_ALONG = 0.0, 1.0, 2.0, 3.0
 #: share of the tangent's square that a curvature term may take from the Hessian: keeps every step a descent
 CURVATURE_LIMIT = 0.9
 #: least determinant of the Hessian over the product of its diagonal: keeps it positive definite
@@ -72,7 +72,9 @@ def closest_step(
     vv = vx * vx + vy * vy + vz * vz
     ss = uu + max(wx * ax + wy * ay + wz * az + own_a, -CURVATURE_LIMIT * uu)
     tt = vv - min(wx * bx + wy * by + wz * bz + own_b, CURVATURE_LIMIT * vv)
-    held_a = (line == BESIDE) | (line == FIRST_ALONG) | ((s <= FIRST_END) & (f > 0.0)) | ((s >= LAST_END) & (f < 0.0))
+    held_a = (
+        (line == SIDE_BY_SIDE) | (line == FIRST_ALONG) | ((s <= FIRST_END) & (f > 0.0)) | ((s >= LAST_END) & (f < 0.0))
+    )
     held_b = (line == SECOND_ALONG) | ((t <= FIRST_END) & (h < 0.0)) | ((t >= LAST_END) & (h > 0.0))
     moves_a = 0.0 if held_a else 1.0
     moves_b = 0.0 if held_b else 1.0

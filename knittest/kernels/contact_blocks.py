@@ -62,9 +62,9 @@ from knittest.kernels.contact import (
     write,
     write3,
 )
-from knittest.kernels.contact_gather import fetch, gather_first, gather_second, walk
-from knittest.kernels.flatten import squeeze
-from knittest.kernels.spin import give_way
+from knittest.kernels.contact_gather import fetch, gather_first, gather_second, move_to_next_piece
+from knittest.kernels.flattening import squeeze
+from knittest.kernels.spin import limit_spin_and_slip
 from knittest.kernels.state import ContactLaw
 from knittest.kernels.vec import INLINE, KERNEL, ONE, U, add, at3, combine, cross, load3, rows3, scale, store3, sub
 
@@ -171,7 +171,7 @@ def contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w):
     sections ``oval``, is not even compiled where it is None.
     """
     first, last = share
-    walk(first, last, dt, nodes, contacts, alive)
+    move_to_next_piece(first, last, dt, nodes, contacts, alive)
     sticking = law
     if spin is not None:
         sticking = ContactLaw(
@@ -187,7 +187,7 @@ def contact_forces(share, dt, nodes, contacts, alive, law, spin, oval, w):
         gather_second(block, count, spin, oval, nodes, contacts, alive, w)
         _evaluate(count, sticking, oval, 1.0 / dt, w)
         if spin is not None:
-            give_way(block, count, contacts, law, w)
+            limit_spin_and_slip(block, count, contacts, law, w)
         _store(block, count, contacts, w)
         for k in range(U(count)):
             counts = contacts.share[U(block) + k]

@@ -36,8 +36,8 @@ from knittest.kernels.contact import (
     spline_weights,
     tangent_of,
 )
-from knittest.kernels.flatten import swelling
-from knittest.kernels.section_blocks import carry_over, section_at
+from knittest.kernels.flattening import swelling
+from knittest.kernels.section_blocks import section_at, shift_to_sections
 from knittest.kernels.vec import INLINE, ONE, PART, U, add, at3, combine, dot, load3, put3, rows3, scale, store3, sub
 
 
@@ -64,7 +64,7 @@ def _shift_offset(c, by, contacts):
 
 
 @njit(**PART)
-def walk(first, last, dt, nodes, contacts, alive):
+def move_to_next_piece(first, last, dt, nodes, contacts, alive):
     """Move contacts whose parameter left [0, 1) to the neighbouring piece of the same yarn.
 
     Piece i spans elements i - 1 and i, so it exists where both are alive; at a yarn's end or break a contact stays,
@@ -152,7 +152,7 @@ def _turn_ellipses(c, m, spin_a, spin_b, contacts, w):
     if (excess[i] != 0.0) | (excess[j] != 0.0):
         first, second = section_at(i, s, turned, square, excess), section_at(j, t, turned, square, excess)
         grown, touched = swelling(i, j, s, t, first, second, load3(w, GX + m, LANES), contacts), w[TOUCHED + m]
-        a, b, extent, touch = carry_over(
+        a, b, extent, touch = shift_to_sections(
             m, first, second, at3(shift, c), at3(other, c), contacts.touch[c], touched, grown,
             scale(touched, spin_a), scale(touched, spin_b), w,
         )  # fmt: skip

@@ -13,15 +13,15 @@ from numba import njit, prange
 from knittest.kernels import beam, contact, in_plane_blocks, shell_state, tool_contact
 from knittest.kernels.beam import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
-from knittest.kernels.flatten import flatten, follow_sections
+from knittest.kernels.flattening import flatten, follow_sections
 from knittest.kernels.in_plane_blocks import bend_forces, gather_bends
 from knittest.kernels.loads import apply_loads, book_loads, impose_motions
-from knittest.kernels.periodic import follow, pull_lattice
+from knittest.kernels.periodic import move_images, pull_lattice
 from knittest.kernels.section_blocks import turn_sections
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_state import BLOCK
-from knittest.kernels.threading import claim, in_turn
+from knittest.kernels.threading import claim, next_partition
 from knittest.kernels.tool_contact import forget_rooms, move_tools, touch_tools
 from knittest.kernels.vec import KERNEL, PARALLEL, PART, PARTITIONS, U, read_tables, rows3
 
@@ -71,7 +71,7 @@ def shell_share(p, time, nodes, shells, laminate, bends, tally, w):
 
 
 @njit(**KERNEL)
-def outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
+def apply_outside_forces(p, dt, nodes, parts, tables, loads, tools, touch, tally, w):
     """Forces of tools and loads on the nodes of one partition."""
     if tools is not None:
         touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally, w)
@@ -83,7 +83,7 @@ def _yarn_share(p, time, dt, nodes, parts, beams, contacts, oval, tables, motion
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
     _clear(parts.node[p], parts.node[p + 1], nodes.moment)
     scatter_contacts(p, nodes, contacts)
-    outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
+    apply_outside_forces(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     for k in range(parts.span_start[p], parts.span_start[p + 1]):
         start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
         tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
@@ -104,7 +104,7 @@ def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, m
     if bends.alive.size > 0:
         gather_bends(start, stop, nodes, bends)
     scatter_sheet(p, start, stop, count, nodes, shells, contacts)
-    outside(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
+    apply_outside_forces(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     advance_free(start, stop, dt, nodes, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
     book_loads(p, dt, nodes, loads, tables, tally)
@@ -133,7 +133,7 @@ def advance_yarns_alone(
                     p, now, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally, w
                 )
         if images is not None:
-            follow(dt, nodes, images)
+            move_images(dt, nodes, images)
             if oval is not None:
                 follow_sections(nodes, images, contacts)
         if tools is not None:
@@ -159,21 +159,21 @@ def advance_yarns(
         read_tables(tables, now - 0.5 * dt, now + 0.5 * dt)
         for thread in prange(threads):
             for k in range(PARTITIONS):
-                p = in_turn(k, thread, threads)
+                p = next_partition(k, thread, threads)
                 if claim(claimed, p, 2 * step + 1):
                     contact_share(p, count, dt, nodes, contacts, beams.alive, law, spin, oval, tally, scratch[thread])
         if images is not None:
             pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally)
         for thread in prange(threads):
             for k in range(PARTITIONS):
-                p = in_turn(k, thread, threads)
+                p = next_partition(k, thread, threads)
                 if claim(claimed, p, 2 * step + 2):
                     _yarn_share(
                         p, now, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally,
                         scratch[thread],
                     )  # fmt: skip
         if images is not None:
-            follow(dt, nodes, images)
+            move_images(dt, nodes, images)
             if oval is not None:
                 follow_sections(nodes, images, contacts)
         if tools is not None:
@@ -225,17 +225,17 @@ def advance_fabric(
         if count > 0:  # before any shell is deleted in this step
             for thread in prange(threads):
                 for k in range(PARTITIONS):
-                    p = in_turn(k, thread, threads)
+                    p = next_partition(k, thread, threads)
                     if claim(claimed, p, 3 * step + 1):
                         sheet_share(p, dt, nodes, shells, sheet, count, law, contacts, tally)
         for thread in prange(threads):
             for k in range(PARTITIONS):
-                p = in_turn(k, thread, threads)
+                p = next_partition(k, thread, threads)
                 if claim(claimed, p, 3 * step + 2):
                     shell_share(p, now, nodes, shells, laminate, bends, tally, scratch[thread])
         for thread in prange(threads):
             for k in range(PARTITIONS):
-                p = in_turn(k, thread, threads)
+                p = next_partition(k, thread, threads)
                 if claim(claimed, p, 3 * step + 3):
                     _fabric_share(
                         p, dt, nodes, parts, shells, bends, count, contacts, tables, motions, loads, tools, touch,

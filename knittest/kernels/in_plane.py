@@ -21,7 +21,7 @@ CLOSED = 1e-12
 
 
 @njit(**INLINE)
-def across(a, b):
+def unit_across(a, b):
     """Unit vector across the fibre ``a`` towards ``b``, one over the length of that part of b, and a . b / a . a."""
     share = dot(a, b) / dot(a, a)
     part = sub(b, scale(share, a))
@@ -32,7 +32,7 @@ def across(a, b):
 @njit(**INLINE)
 def curvature(a, b, second):
     """Geodesic curvature [1/mm] of fibre ``a`` [-] with second derivative ``second`` [1/mm] beside fibre ``b`` [-]."""
-    m, _, _ = across(a, b)
+    m, _, _ = unit_across(a, b)
     return dot(second, m)
 
 
@@ -43,7 +43,7 @@ def curvature_gradients(a, b, second):
     With p = b - (a . b / a . a) a and m = p / |p|: dk/d second = m, dk/db = g less its part along a for
     g = (second - k m) / |p|, dk/da = -(g . a / a . a) p - (a . b / a . a) dk/db.
     """
-    m, inv, share = across(a, b)
+    m, inv, share = unit_across(a, b)
     k = dot(second, m)
     g = scale(inv, sub(second, scale(k, m)))
     along = dot(g, a) / dot(a, a)
@@ -149,9 +149,9 @@ def _fibres(first, last, lane, position, bends):
 
 
 @njit(**INLINE)
-def _turning(a, b, second, natural):
+def _turning_terms(a, b, second, natural):
     """Sizes of a . b / a . a, 1 / |a|, 1 / |p|, of x'' along a and along the normal, of k - k0, and of x''."""
-    m, inv_p, share = across(a, b)
+    m, inv_p, share = unit_across(a, b)
     inv_a = 1.0 / sqrt(dot(a, a))
     k, along = dot(second, m), inv_a * dot(second, a)
     square = dot(second, second)
@@ -191,6 +191,9 @@ def add_bounds(position, bends, rows):
             s = block * BLOCK + lane
             if bends.alive[s] > 0.0:
                 a, b, a_s, b_t = _fibres(first, last, lane, position, bends)
-                warp, weft = _turning(a, b, a_s, bends.natural[0, s]), _turning(b, a, b_t, bends.natural[1, s])
+                warp, weft = (
+                    _turning_terms(a, b, a_s, bends.natural[0, s]),
+                    _turning_terms(b, a, b_t, bends.natural[1, s]),
+                )
                 _add_fibre(first, last, lane, 0, warp, bends.stiffness[0, s], bends, rows)
                 _add_fibre(first, last, lane, 1, weft, bends.stiffness[1, s], bends, rows)

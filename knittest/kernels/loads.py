@@ -8,7 +8,7 @@ from knittest.kernels.vec import INLINE, KERNEL, PART, U, rows3, rows4
 
 
 @njit(**PART)
-def load_now(value, table, tables):
+def present_load(value, table, tables):
     """``value`` times a table at the instant of the forces, between the middles of two steps."""
     return value * 0.5 * (tables.now[0, table] + tables.now[1, table])
 
@@ -49,7 +49,7 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
     work, guided = 0.0, 0.0
     for run in range(loads.start[partition], loads.start[partition + 1]):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
-        factor, value = load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
+        factor, value = present_load(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
             force, gain = nodes.force[dof], _gain(dt, loads.table[run], tables)
             for k in range(U(count)):
@@ -78,7 +78,7 @@ def book_loads(partition, dt, nodes, loads, tables, tally):
     work, guided = 0.0, 0.0
     for run in range(loads.start[partition], loads.start[partition + 1]):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
-        factor, value = load_now(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
+        factor, value = present_load(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
             guided += _guided_work(first, count, factor, value, nodes, dof)
             gain = _gain(dt, loads.table[run], tables)

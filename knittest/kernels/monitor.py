@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from knittest.kernels.beam import beam_energies
-from knittest.kernels.contact import BESIDE, penalty, spline_weights
+from knittest.kernels.contact import SIDE_BY_SIDE, penalty, spline_weights
 from knittest.kernels.laws import hinge_force
 from knittest.kernels.shell_state import AREA, state_index
 from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, at3, combine, dot, rows3
@@ -144,7 +144,7 @@ def count_pierced(offset, reach, line, count, limit):
     found, limit2 = 0, limit * limit
     for c in range(count):
         gap2 = gx[c] * gx[c] + gy[c] * gy[c] + gz[c] * gz[c]
-        found += (gap2 < limit2 * reach[c] * reach[c]) & (line[c] != BESIDE)
+        found += (gap2 < limit2 * reach[c] * reach[c]) & (line[c] != SIDE_BY_SIDE)
     return found
 
 

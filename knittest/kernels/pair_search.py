@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit, prange
 
 from knittest.base.arrays import Index
-from knittest.kernels.along import held_kind
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
+from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, SIDE_BY_SIDE, closest_step
+from knittest.kernels.line_contact import contact_kind
 from knittest.kernels.vec import (
     ALLOCATING,
     GRID_ROWS,
@@ -69,7 +69,7 @@ def piece(x, y, z, i):
 
 
 @njit(**INLINE)
-def _along(x, y, z, i, wx, wy, wz, half):
+def _reach_along(x, y, z, i, wx, wy, wz, half):
     """Bound of how far piece ``i`` reaches from its middle along ``w``, times the length of that; ``half`` its length
     on either side of the middle by the parameter.
     """
@@ -80,7 +80,7 @@ def _along(x, y, z, i, wx, wy, wz, half):
 
 
 @njit(**INLINE)
-def _apart(x, y, z, i, j, half_i, half_j, gap):
+def _are_apart(x, y, z, i, j, half_i, half_j, gap):
     """Return whether a slab of thickness ``gap`` [mm] across the line of their middles separates pieces i and j, of
     length ``half_i`` and ``half_j`` on either side of the middle by the parameter.
 
@@ -90,7 +90,7 @@ def _apart(x, y, z, i, j, half_i, half_j, gap):
     wy = 0.125 * (y[i - 1] + y[i + 1] - y[j - 1] - y[j + 1]) + 0.75 * (y[i] - y[j])
     wz = 0.125 * (z[i - 1] + z[i + 1] - z[j - 1] - z[j + 1]) + 0.75 * (z[i] - z[j])
     length2 = wx * wx + wy * wy + wz * wz
-    reach = _along(x, y, z, i, wx, wy, wz, half_i) + _along(x, y, z, j, wx, wy, wz, half_j)
+    reach = _reach_along(x, y, z, i, wx, wy, wz, half_i) + _reach_along(x, y, z, j, wx, wy, wz, half_j)
     return length2 - reach > gap * sqrt(length2)
 
 
@@ -119,7 +119,7 @@ def _closest(x, y, z, i, j, s, t, line, steps):
 
 
 @njit(**PART)
-def converged(x, y, z, i, j, s, t):
+def converge_point(x, y, z, i, j, s, t):
     """Closest points of pieces i and j from s, t on, at a point: (s, t, offset (3)), s is nan where they do not come to
     rest.
     """
@@ -160,7 +160,7 @@ def crossing(x, y, z, i, j):
     first = max(mm + 2.0 * (wx * px + wy * py + wz * pz), 0.0)
     second = max(nn - 2.0 * (wx * qx + wy * qy + wz * qz), 0.0)
     apart = max(first * second - mm * nn, 0.0)
-    line = BESIDE if mn * mn - apart > (1.0 - PARALLEL_SIN2) * mm * nn else POINT
+    line = SIDE_BY_SIDE if mn * mn - apart > (1.0 - PARALLEL_SIN2) * mm * nn else POINT
     s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, 0.5, 0.5, line, NEWTON_STEPS)
     return s, t, wx, wy, wz, line
 
@@ -172,7 +172,7 @@ def stretch_of(parameters):
 
 
 @njit(**INLINE)
-def _rises(wx, wy, wz, ux, uy, uz, ax, ay, az, vx, vy, vz, radius):
+def _moves_away(wx, wy, wz, ux, uy, uz, ax, ay, az, vx, vy, vz, radius):
     """Return whether a yarn is farther from another half an element on, by more than in a regular wrap.
 
     ``w`` offset from the other yarn's tangent ``v`` [mm], ``u`` tangent [mm] and ``a`` second derivative of its own.
@@ -191,7 +191,7 @@ def _rises(wx, wy, wz, ux, uy, uz, ax, ay, az, vx, vy, vz, radius):
 
 
 @njit(**PART)
-def _dips(x, y, z, own, other, at, wx, wy, wz, radius):
+def _is_nearer_between(x, y, z, own, other, at, wx, wy, wz, radius):
     """Return whether piece ``own`` is nearer to the piece ``other``, at its parameter ``at``, at its start than at the
     middles before and after, at which it is held.
 
@@ -201,7 +201,7 @@ def _dips(x, y, z, own, other, at, wx, wy, wz, radius):
     _, _, _, _, _, _, bx, by, bz = piece(x, y, z, own - 1)
     _, _, _, vx, vy, vz, qx, qy, qz = piece(x, y, z, other)
     vx, vy, vz = vx + 2.0 * at * qx, vy + 2.0 * at * qy, vz + 2.0 * at * qz
-    return _rises(wx, wy, wz, ux, uy, uz, 2.0 * ax, 2.0 * ay, 2.0 * az, vx, vy, vz, radius) and _rises(
+    return _moves_away(wx, wy, wz, ux, uy, uz, 2.0 * ax, 2.0 * ay, 2.0 * az, vx, vy, vz, radius) and _moves_away(
         wx, wy, wz, -ux, -uy, -uz, 2.0 * bx, 2.0 * by, 2.0 * bz, vx, vy, vz, radius
     )
 
@@ -219,7 +219,7 @@ def _limits_of(line, parameters):
     """Least and largest parameter at which a contact of the kind ``line`` is found, from those by :func:`reach_of`."""
     if line == POINT:
         return parameters
-    if line == BESIDE:
+    if line == SIDE_BY_SIDE:
         return WITHIN
     first = FIRST_END if parameters[0] == FIRST_END else -HELD_BEYOND
     return first, LAST_END if parameters[1] == LAST_END else 1.0 + HELD_BEYOND
@@ -257,7 +257,8 @@ def _held_place(x, y, z, i, j, line, number, tips, radius, coarse):
     """Closest points where a piece that lies along another is held beside its middle: (s, t, offset (3)), s is nan
     where it is not.
 
-    By ``number`` where its yarn ends (1), where it begins (2) if it is ``coarse`` or nearer there (:func:`_dips`), and
+    By ``number`` where its yarn ends (1), where it begins (2) if it is ``coarse`` or nearer there
+    (:func:`_is_nearer_between`), and
     where the last piece of a yarn would end (3) if it is coarse.
     """
     holds_first = line == FIRST_ALONG
@@ -271,13 +272,13 @@ def _held_place(x, y, z, i, j, line, number, tips, radius, coarse):
     s, t, wx, wy, wz, _ = _closest(x, y, z, i, j, s, t, line, HELD_STEPS)
     if number == 2 and not coarse:
         sign, at = (1.0, t) if holds_first else (-1.0, s)
-        if not _dips(x, y, z, own, other, at, sign * wx, sign * wy, sign * wz, radius):
+        if not _is_nearer_between(x, y, z, own, other, at, sign * wx, sign * wy, sign * wz, radius):
             s = nan
     return s, t, wx, wy, wz
 
 
 @njit(**PART)
-def _beside_held(parameters, i, j, is_first, pieces):
+def _limits_beside_held(parameters, i, j, is_first, pieces):
     """Limits of a point on piece i, of which the yarn's pieces beside it may be held along that of piece j.
 
     Those are held at their middles: what is nearer between there and this piece is found from here.
@@ -285,15 +286,15 @@ def _beside_held(parameters, i, j, is_first, pieces):
     """
     first, last = parameters
     own = FIRST_ALONG if is_first else SECOND_ALONG
-    if first == -BEYOND and (held_kind(i - 1, j, pieces) if is_first else held_kind(j, i - 1, pieces)) == own:
+    if first == -BEYOND and (contact_kind(i - 1, j, pieces) if is_first else contact_kind(j, i - 1, pieces)) == own:
         first = -BESIDE_HELD
-    if last == 1.0 + BEYOND and (held_kind(i + 1, j, pieces) if is_first else held_kind(j, i + 1, pieces)) == own:
+    if last == 1.0 + BEYOND and (contact_kind(i + 1, j, pieces) if is_first else contact_kind(j, i + 1, pieces)) == own:
         last = 1.0 + BESIDE_HELD
     return first, last
 
 
 @njit(**ALLOCATING)
-def _by_cell(position, pieces, alive, cells):
+def _sort_by_cell(position, pieces, alive, cells):
     """Position and extent [mm] of the pieces in the order of the cells, (4, n): a cell's are neighbours there."""
     used = cells.head[-1]
     sorted_ = np.empty((4, used))
@@ -337,17 +338,20 @@ def _pairs_of(first, last, position, pieces, alive, moved, cells, by_cell, skin,
                 if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
                     continue
                 of_i, of_j = reach_of(i, alive, pieces), reach_of(j, alive, pieces)
-                if _apart(x, y, z, i, j, 0.5 * stretch_of(of_i), 0.5 * stretch_of(of_j), gap):
+                if _are_apart(x, y, z, i, j, 0.5 * stretch_of(of_i), 0.5 * stretch_of(of_j), gap):
                     continue
                 tips = tip_of(of_i), tip_of(of_j)
                 at_end = tips[0] != 0.5 or tips[1] != 0.5
-                s, t, wx, wy, wz, line = _first_place(x, y, z, i, j, held_kind(i, j, pieces), at_end)
+                s, t, wx, wy, wz, line = _first_place(x, y, z, i, j, contact_kind(i, j, pieces), at_end)
                 of_i, of_j = _limits_of(line, of_i), _limits_of(line, of_j)
                 places_of = 1
                 if line >= FIRST_ALONG:
                     places_of = 4
                 elif line == POINT:
-                    of_i, of_j = _beside_held(of_i, i, j, True, pieces), _beside_held(of_j, j, i, False, pieces)
+                    of_i, of_j = (
+                        _limits_beside_held(of_i, i, j, True, pieces),
+                        _limits_beside_held(of_j, j, i, False, pieces),
+                    )
                     places_of = 2 if at_end else 1
                 for number in range(places_of):
                     if number > 0 and line == POINT:
@@ -376,7 +380,7 @@ def find_pairs(position, pieces, alive, moved, cells, skin, pairs, places, found
     (PARTITIONS, capacity, 6) with parameters s, t, offset (3) [mm] and kind, and ``found`` (PARTITIONS,) with the
     number that each share needs, which may exceed the capacity.
     """
-    by_cell, n = _by_cell(position, pieces, alive, cells), moved.size
+    by_cell, n = _sort_by_cell(position, pieces, alive, cells), moved.size
     for k in prange(PARTITIONS):
         first, last = n * k // PARTITIONS, n * (k + 1) // PARTITIONS
         found[k] = _pairs_of(

@@ -57,7 +57,7 @@ def place_images(dt, images):
 
 
 @njit(**PART)
-def _about(axis, sine, cosine, v):
+def _rotate_about(axis, sine, cosine, v):
     """Vector ``v`` turned about the unit vector ``axis``."""
     return add(add(scale(cosine, v), scale(sine, cross(axis, v))), scale((1.0 - cosine) * dot(axis, v), axis))
 
@@ -74,7 +74,7 @@ def _product(p, q):
 
 
 @njit(**KERNEL)
-def follow(dt, nodes, images):
+def move_images(dt, nodes, images):
     """Put every image where the lattice and its node have it, at their speeds over the last step."""
     place_images(dt, images)
     x, v, spin, q = rows3(nodes.position), rows3(nodes.velocity), rows3(nodes.spin), rows4(nodes.rotation)
@@ -88,10 +88,10 @@ def follow(dt, nodes, images):
             sine, cosine, rate = row[SINE], row[COSINE], row[TURN_RATE]
             # over the whole step: what was turned by less before it
             before = row[TURN] - dt * rate
-            old = _about(axis, sin(before), cos(before), sub(here, scale(dt, speed)))
-            here = _about(axis, sine, cosine, here)
+            old = _rotate_about(axis, sin(before), cos(before), sub(here, scale(dt, speed)))
+            here = _rotate_about(axis, sine, cosine, here)
             speed = scale(1.0 / dt, sub(here, old))
-            turning = add(_about(axis, sine, cosine, turning), scale(rate, axis))
+            turning = add(_rotate_about(axis, sine, cosine, turning), scale(rate, axis))
             half = 0.5 * row[TURN]
             rotation = _product((cos(half), sin(half) * axis[0], sin(half) * axis[1], sin(half) * axis[2]), rotation)
         rotation = _product(rotation, (images.gauge[0, k], images.gauge[1, k], images.gauge[2, k], images.gauge[3, k]))

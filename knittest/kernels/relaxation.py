@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from knittest.base.arrays import Array, Index
-from knittest.kernels.section import segment_closest, touch
+from knittest.kernels.section import closest_sections, segment_closest
 from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, add, combine, dot, scale, sub
 
 #: images of the cell that are searched in each direction: a loop is at most three courses high
@@ -75,7 +75,7 @@ def _chord(x, yarns, i):
 
 
 @njit(**PART)
-def _excluded(yarns, i, j, a, b):
+def _is_excluded(yarns, i, j, a, b):
     """Return whether segments i and j (image a, b) are neighbours along one yarn."""
     c = yarns.chain[i]
     if c != yarns.chain[j]:
@@ -119,7 +119,7 @@ def periodic_pairs(x, yarns, skin, pairs):
                     if i == j and (a < 0 or (a == 0 and b <= 0)):
                         continue
                     d = add(between, (a * yarns.spacing[0], b * yarns.spacing[1], 0.0))
-                    if dot(d, d) > reach * reach or _excluded(yarns, i, j, a, b):
+                    if dot(d, d) > reach * reach or _is_excluded(yarns, i, j, a, b):
                         continue
                     if count < len(pairs):
                         pairs[count, 0], pairs[count, 1], pairs[count, 2], pairs[count, 3] = i, j, a, b
@@ -165,7 +165,7 @@ def contact_forces(x, yarns, pairs, count, penalty, force):
         if yarns.half_width[c] == ri and yarns.half_width[d] == rj:
             depth = ri + rj - gap
         elif gap < _bound(yarns, c) + _bound(yarns, d):
-            s, t, g, depth = touch(r, u, v, _section(yarns, c), _section(yarns, d), 0.0)
+            s, t, g, depth = closest_sections(r, u, v, _section(yarns, c), _section(yarns, d), 0.0)
             gap = 1.0
         else:
             continue
@@ -206,7 +206,7 @@ def _move(x, yarns, mass, force, velocity, keep, turn, step):
 
 
 @njit(**PART)
-def _farthest(x, start):
+def _largest_move(x, start):
     far = 0.0
     for i in range(len(x)):
         d = sub(_row(x, i), _row(start, i))
@@ -242,6 +242,6 @@ def relax(x, yarns, pairs, count, penalty, tolerance, iterations, skin):
             keep, turn, good = 0.0, 0.0, 0
             step, mix = max(step * CUT, SMALLEST_STEP), MIX
         _move(x, yarns, mass, force, velocity, keep, turn, step)
-        if _farthest(x, start) > 0.5 * skin:
+        if _largest_move(x, start) > 0.5 * skin:
             return iteration + 1, largest, worst, deepest
     return iterations, largest, worst, deepest

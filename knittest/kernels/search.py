@@ -9,9 +9,9 @@ from math import isnan, nan, sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.along import SAME, is_other_kind, predecessor, push, tracked
 from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, penalty, tangent_of
-from knittest.kernels.pair_search import converged, reach_of
+from knittest.kernels.line_contact import SAME, add_to_lists, find_tracked, is_other_kind, predecessor
+from knittest.kernels.pair_search import converge_point, reach_of
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
 from knittest.kernels.vec import ALLOCATING, KERNEL, PART, U, put3, rows3
 
@@ -106,7 +106,7 @@ def _gap(contacts, c):
 
 
 @njit(**PART)
-def _is_looked_for(i, j, s, t, line, moved, pieces):
+def _needs_search(i, j, s, t, line, moved, pieces):
     """Return whether a contact of the kind ``line`` is searched again: it changed its kind, or is held at the middle of
     a piece that moved.
     """
@@ -115,7 +115,7 @@ def _is_looked_for(i, j, s, t, line, moved, pieces):
 
 
 @njit(**PART)
-def _is_on(s, first, t, second):
+def _is_within_pieces(s, first, t, second):
     """Return whether parameters ``s`` and ``t`` are within those of their pieces, (least, largest) each."""
     return s >= first[0] and s <= first[1] and t >= second[0] and t <= second[1]
 
@@ -132,10 +132,10 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
     for c in range(count):
         s, t = old.parameter[0, c], old.parameter[1, c]
         i, j, line = old.piece[0, c], old.piece[1, c], old.line[c]
-        if _is_looked_for(i, j, s, t, line, moved, pieces):
+        if _needs_search(i, j, s, t, line, moved, pieces):
             continue
         beyond = s <= FIRST_END or s >= LAST_END or t <= FIRST_END or t >= LAST_END
-        if beyond and not _is_on(s, reach_of(i, alive, pieces), t, reach_of(j, alive, pieces)):
+        if beyond and not _is_within_pieces(s, reach_of(i, alive, pieces), t, reach_of(j, alive, pieces)):
             continue
         if alive[i - 1] * alive[i] * alive[j - 1] * alive[j] == 0.0:
             continue
@@ -147,7 +147,7 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
             touch = old.touch[c]
         reach = min(touch, max(old.reach[c], gap))
         taken[c] = True
-        same = tracked(new, lists, pieces.chain, (i, j, s, t, line), MERGE)
+        same = find_tracked(new, lists, pieces.chain, (i, j, s, t, line), MERGE)
         if same >= 0:
             pressed, depth = max(new.reach[same] - _gap(new, same), 0.0), max(reach - gap, 0.0)
             both = _gap(new, same) + sqrt(pressed * pressed + depth * depth)
@@ -155,7 +155,7 @@ def keep_contacts(old, count, radius, pieces, alive, moved, skin, new, lists, ta
             continue
         _copy(old, c, new, kept)
         new.reach[kept] = reach
-        push(new, kept, lists)
+        add_to_lists(new, kept, lists)
         kept += 1
     return kept
 
@@ -190,7 +190,7 @@ def _add_contact(i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, ol
 
 
 @njit(**PART)
-def _another(c, place, position, alive, lists, new, pieces):
+def _second_crossing(c, place, position, alive, lists, new, pieces):
     """Place of the crossing found at ``place``, pieces i, j at s, t, as s, t and offset (3), if it is another one than
     the tracked contact ``c``; else s is nan.
 
@@ -199,12 +199,15 @@ def _another(c, place, position, alive, lists, new, pieces):
     """
     x, y, z = rows3(position)
     i, j, s, t = place
-    s, t, wx, wy, wz = converged(x, y, z, i, j, s, t)
+    s, t, wx, wy, wz = converge_point(x, y, z, i, j, s, t)
     of_i, of_j = reach_of(i, alive, pieces), reach_of(j, alive, pieces)
-    if not _is_on(s, of_i, t, of_j) or tracked(new, lists, pieces.chain, (i, j, s, t, POINT), ALIKE) >= 0:
+    if (
+        not _is_within_pieces(s, of_i, t, of_j)
+        or find_tracked(new, lists, pieces.chain, (i, j, s, t, POINT), ALIKE) >= 0
+    ):
         return nan, t, wx, wy, wz
     own_s, own_t = new.parameter[0, c], new.parameter[1, c]
-    rest_s, rest_t = converged(x, y, z, new.piece[0, c], new.piece[1, c], own_s, own_t)[:2]
+    rest_s, rest_t = converge_point(x, y, z, new.piece[0, c], new.piece[1, c], own_s, own_t)[:2]
     if not (abs(rest_s - own_s) < MERGE and abs(rest_t - own_t) < MERGE):
         return nan, t, wx, wy, wz
     return s, t, wx, wy, wz
@@ -235,7 +238,7 @@ def _add_sections(place, elliptic, new, c):
 
 
 @njit(**PART)
-def _beside_cut_ends(i, j, pieces):
+def _is_near_cut_end(i, j, pieces):
     """Return whether one of the pieces ``i``, ``j`` is cut off and the other, too, or within :data:`NEAR_CUT`."""
     if not (pieces.cut[i] or pieces.cut[j]):
         return False
@@ -247,7 +250,7 @@ def _beside_cut_ends(i, j, pieces):
 
 
 @njit(**PART)
-def _look_back(c, position, contacts):
+def _reset_tangents(c, position, contacts):
     """Let contact ``c`` look back on its present tangents: it has not been where it is."""
     x, i, j = rows3(position), U(contacts.piece[0, c]), U(contacts.piece[1, c])
     put3(rows3(contacts.tangent), c, tangent_of(i, contacts.parameter[0, c], x))
@@ -270,7 +273,7 @@ def find_contacts(
     lists = np.full(n, -1), np.empty(new.reach.size, np.int64)
     old_lists, taken = (np.full(n, -1), np.empty(old.reach.size, np.int64)), np.zeros(old.reach.size, np.bool_)
     for c in range(old_count):
-        push(old, c, old_lists)
+        add_to_lists(old, c, old_lists)
     needed = keep_contacts(old, old_count, radius, pieces, alive, moved, skin, new, lists, taken)
     for share in range(found.size):
         for k in range(found[share]):
@@ -281,19 +284,19 @@ def find_contacts(
             s, t, wx, wy, wz, line = place[0], place[1], place[2], place[3], place[4], place[5]
             # a tracked crossing is no other one, nor a line beside itself once its yarns lie parallel again
             known = POINT if line < FIRST_ALONG else line
-            same = tracked(new, lists, chain, (i, j, s, t, known), SAME)
+            same = find_tracked(new, lists, chain, (i, j, s, t, known), SAME)
             elliptic = new.excess.size > 0 and (new.excess[i] != 0.0 or new.excess[j] != 0.0)
             if same >= 0:
                 if elliptic or line != POINT:
                     continue
-                s, t, wx, wy, wz = _another(same, (i, j, s, t), position, alive, lists, new, pieces)
+                s, t, wx, wy, wz = _second_crossing(same, (i, j, s, t), position, alive, lists, new, pieces)
                 if isnan(s):
                     continue
             if needed < new.reach.size:
                 before = predecessor(old, old_lists, chain, taken, (i, j, s, t, line))
                 touch = place[TOUCH] if elliptic else radius[i] + radius[j]
                 deep = touch - sqrt(wx * wx + wy * wy + wz * wz) > JAMMED * min(radius[i], radius[j])
-                if deep and before < 0 and old_count > 0 and _beside_cut_ends(i, j, pieces):
+                if deep and before < 0 and old_count > 0 and _is_near_cut_end(i, j, pieces):
                     continue  # it lay in another cut end, which does not press it
                 arm = place[ARM] if elliptic else radius[i] / touch
                 coefficient, most = levers[0, part[i], part[j]], levers[1, part[i], part[j]]
@@ -301,15 +304,15 @@ def find_contacts(
                     i, j, s, t, wx, wy, wz, line, touch, arm, coefficient, most, old, before, new, needed
                 )  # fmt: skip
                 if not goes_on:
-                    _look_back(needed, position, new)
+                    _reset_tangents(needed, position, new)
                     if new.excess.size > 0:
                         _add_sections(place, elliptic, new, needed)
                     if line >= FIRST_ALONG and (t if line == SECOND_ALONG else s) != 0.5:
                         beside = (i, j, s, 0.5, line) if line == SECOND_ALONG else (i, j, 0.5, t, line)
-                        same = tracked(new, lists, chain, beside, SAME)
+                        same = find_tracked(new, lists, chain, beside, SAME)
                     if same >= 0:
                         _share_depth(same, needed, touch, new)
-                push(new, needed, lists)
+                add_to_lists(new, needed, lists)
             needed += 1
     return needed
 

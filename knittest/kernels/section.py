@@ -42,7 +42,7 @@ def rounding(section, n, e):
 
 
 @njit(**INLINE)
-def osculating(section, n):
+def osculating_circle(section, n):
     """Radius of curvature R = a^2 b^2 / h^3 [mm] where ``section`` touches a plane across the unit vector ``n``, and
     the shift (3) [mm] of the centre of that circle, which does not move across n as n turns.
     """
@@ -89,14 +89,14 @@ def segment_closest(r, u, v):
 
 
 @njit(**INLINE)
-def _across(n, u):
+def _unit_across(n, u):
     """Unit vector along the part of ``n`` across ``u``."""
     rest = combine(1.0, n, -dot(n, u) / dot(u, u), u)
     return scale(1.0 / max(sqrt(dot(rest, rest)), 1e-9), rest)
 
 
 @njit(**INLINE)
-def _apart(r, u, v, first, second, n):
+def _surface_distance(r, u, v, first, second, n):
     """Distance [mm] of two straight yarns along the unit vector ``n``; that of their surfaces is the largest."""
     nearest = dot(n, r) + min(dot(n, u), 0.0) - max(dot(n, v), 0.0)
     return nearest - support(first, n)[0] - support(second, n)[0]
@@ -110,13 +110,13 @@ def _next_normal(n, g, inside, on, u, v, first, second):
     uv = cross(u, v)
     if inside and on and dot(uv, uv) > CROSSED * dot(u, u) * dot(v, v):
         return scale(1.0 / max(sqrt(dot(g, g)), 1e-9), g)
-    n = _across(n, u) if inside else n
-    n = _across(n, v) if on else n
+    n = _unit_across(n, u) if inside else n
+    n = _unit_across(n, v) if on else n
     return turned_normal(n, g, first, second)
 
 
 @njit(**PART)
-def touch(r, u, v, first, second, enough):
+def closest_sections(r, u, v, first, second, enough):
     """Nearest places of two straight yarns P + s u and Q + t v of elliptic sections, r = P - Q.
 
     Returns s, t in [0, 1], the unit normal (3) from the second to the first, and their depth in each other [mm].
@@ -126,7 +126,7 @@ def touch(r, u, v, first, second, enough):
     s, t = segment_closest(r, u, v)
     g = add(r, combine(s, u, -t, v))
     n = scale(1.0 / max(sqrt(dot(g, g)), 1e-9), g)
-    best = _apart(r, u, v, first, second, n)
+    best = _surface_distance(r, u, v, first, second, n)
     for _ in range(TURNS if best <= enough else 0):
         moved = sub(r, add(support(first, n)[1], support(second, n)[1]))
         s, t = segment_closest(moved, u, v)
@@ -135,12 +135,12 @@ def touch(r, u, v, first, second, enough):
         if best > enough or dot(rest, rest) < TOUCHED * TOUCHED:
             break
         turned = _next_normal(n, g, 0.0 < s < 1.0, 0.0 < t < 1.0, u, v, first, second)
-        apart = _apart(r, u, v, first, second, turned)
+        apart = _surface_distance(r, u, v, first, second, turned)
         for _ in range(HALVINGS):
             if apart >= best - TOUCHED * TOUCHED:
                 break
             half = add(n, turned)
             turned = scale(1.0 / max(sqrt(dot(half, half)), 1e-9), half)
-            apart = _apart(r, u, v, first, second, turned)
+            apart = _surface_distance(r, u, v, first, second, turned)
         n, best = turned, apart
     return s, t, n, -best

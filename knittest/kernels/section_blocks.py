@@ -10,7 +10,6 @@ from math import sqrt
 
 from numba import njit
 
-from knittest.kernels.along import look_at
 from knittest.kernels.contact import (
     FIRST_END,
     GX,
@@ -25,8 +24,9 @@ from knittest.kernels.contact import (
     closest_step,
     spline_weights,
 )
+from knittest.kernels.line_contact import mark_line_contact
 from knittest.kernels.pair_search import PARALLEL_SIN2, piece
-from knittest.kernels.section import osculating, support, turned_normal
+from knittest.kernels.section import osculating_circle, support, turned_normal
 from knittest.kernels.vec import (
     INLINE,
     KERNEL,
@@ -82,7 +82,7 @@ def _unit(v):
 
 
 @njit(**INLINE)
-def carry_over(m, first, second, shift, other, touch, touched, grown, spin_a, spin_b, w):
+def shift_to_sections(m, first, second, shift, other, touch, touched, grown, spin_a, spin_b, w):
     """Shift contact ``m`` of a block in the scratch ``w`` to its sections.
 
     Returns the new shifts, the radius of curvature of the first and the sum of both [mm]. ``spin_a``, ``spin_b`` are
@@ -91,8 +91,8 @@ def carry_over(m, first, second, shift, other, touch, touched, grown, spin_a, sp
     """
     offset = load3(w, GX + m, LANES)
     n = _unit(offset)
-    h, a = osculating(first, n)
-    k, b = osculating(second, n)
+    h, a = osculating_circle(first, n)
+    k, b = osculating_circle(second, n)
     moved = sub(add(shift, other), add(a, b))
     turned = add(cross(spin_a, combine(0.5, shift, 0.5, a)), cross(spin_b, combine(0.5, other, 0.5, b)))
     store3(w, GX + m, LANES, add(offset, add(moved, turned)))
@@ -107,7 +107,7 @@ def carry_over(m, first, second, shift, other, touch, touched, grown, spin_a, sp
 
 
 @njit(**INLINE)
-def _walked(i, s, alive):
+def _neighbour_place(i, s, alive):
     """Piece and parameter of the same place, on the neighbouring piece of the yarn where it lies there."""
     if s >= 1.0 and alive[i] > 0.0 and alive[i + 1] > 0.0:
         return i + 1, s - 1.0
@@ -117,7 +117,7 @@ def _walked(i, s, alive):
 
 
 @njit(**PART)
-def _place(i, j, place, position, contacts, alive):
+def _solve_place(i, j, place, position, contacts, alive):
     """Solve the place of one pair of ellipses, in place; returns its pieces."""
     x, y, z = rows3(position)
     turned, square, excess = rows3(contacts.turned), contacts.square, contacts.excess
@@ -150,18 +150,18 @@ def _place(i, j, place, position, contacts, alive):
         if step < PLACING - 1:
             bend_a, bend_b = (2.0 * px, 2.0 * py, 2.0 * pz), (2.0 * qx, 2.0 * qy, 2.0 * qz)
             # either section moves with its own yarn, and is a circle of its curvature to the other
-            own_a = dot(combine(1.0, a, osculating(second, n)[0] - k, n), bend_a)
-            own_b = dot(combine(1.0, b, osculating(first, n)[0] - h, n), bend_b)
+            own_a = dot(combine(1.0, a, osculating_circle(second, n)[0] - k, n), bend_a)
+            own_b = dot(combine(1.0, b, osculating_circle(first, n)[0] - h, n), bend_b)
             s, t = closest_step(
                 s, t, gap[0], gap[1], gap[2], u[0], u[1], u[2], v[0], v[1], v[2],
                 bend_a[0], bend_a[1], bend_a[2], bend_b[0], bend_b[1], bend_b[2], own_a, own_b, line,
             )  # fmt: skip
-            i, s = _walked(i, s, alive)
-            j, t = _walked(j, t, alive)
+            i, s = _neighbour_place(i, s, alive)
+            j, t = _neighbour_place(j, t, alive)
     converged = dot(gap, n) > PLACED * sqrt(dot(gap, gap))
     gap = combine(1.0, gap, -h - k, n)
-    h, a = osculating(first, n)
-    k, b = osculating(second, n)
+    h, a = osculating_circle(first, n)
+    k, b = osculating_circle(second, n)
     gap = combine(1.0, gap, h + k, n)
     place[0], place[1], place[TOUCH], place[ARM] = s, t, h + k, h / (h + k)
     for axis in range(3):
@@ -181,7 +181,7 @@ def place_ellipses(pairs, places, found, position, contacts, alive, skin):
             if contacts.excess[i] == 0.0 and contacts.excess[j] == 0.0:
                 continue
             place = places[share, k]
-            i, j = _place(i, j, place, position, contacts, alive)
+            i, j = _solve_place(i, j, place, position, contacts, alive)
             gap = sqrt(place[2] * place[2] + place[3] * place[3] + place[4] * place[4])
             inside = place[0] >= FIRST_END and place[0] <= LAST_END and place[1] >= FIRST_END and place[1] <= LAST_END
             pairs[share, k, 0], pairs[share, k, 1] = i if inside and gap < place[TOUCH] + skin else -1, j
@@ -189,7 +189,8 @@ def place_ellipses(pairs, places, found, position, contacts, alive, skin):
 
 @njit(**KERNEL)
 def mark_ellipses(pairs, places, found, position, contacts, pieces):
-    """Mark the pieces of pairs just found that bend along ellipses, as :func:`knittest.kernels.along.mark_found` does.
+    """Mark the pieces of pairs just found that bend along ellipses, as
+    :func:`knittest.kernels.line_contact.mark_found` does.
 
     The circles that osculate the sections where centre-lines are nearest stand for them; none is placed yet. Returns
     how many marks are new.
@@ -202,7 +203,7 @@ def mark_ellipses(pairs, places, found, position, contacts, pieces):
                 continue
             gap = (at[2], at[3], at[4])
             n = _unit(gap)
-            shift = osculating(section_at(U(i), at[0], turned, contacts.square, contacts.excess), n)[1]
-            other = osculating(section_at(U(j), at[1], turned, contacts.square, contacts.excess), n)[1]
-            new += look_at((i, j, at[0], at[1]), sub(gap, other), sub(gap, shift), at[5], x, pieces)
+            shift = osculating_circle(section_at(U(i), at[0], turned, contacts.square, contacts.excess), n)[1]
+            other = osculating_circle(section_at(U(j), at[1], turned, contacts.square, contacts.excess), n)[1]
+            new += mark_line_contact((i, j, at[0], at[1]), sub(gap, other), sub(gap, shift), at[5], x, pieces)
     return new

@@ -13,7 +13,7 @@ from numba import njit
 
 from knittest.kernels.sheet_surface import (
     blend,
-    facing,
+    find_facing_place,
     is_free,
     limits,
     node_normals,
@@ -37,7 +37,7 @@ TANGENTIAL = 0.5
 
 
 @njit(**INLINE)
-def clamped(u, v, bounds):
+def is_clamped(u, v, bounds):
     """Return whether a place lies on a free edge that ends its way."""
     return (
         (bounds[0] == 0.0 and u == 0.0)
@@ -48,7 +48,7 @@ def clamped(u, v, bounds):
 
 
 @njit(**INLINE)
-def in_sides(vector, along, across):
+def components_in_sides(vector, along, across):
     """Components of a vector in the plane of two sides."""
     aa, ab, bb = dot(along, along), dot(along, across), dot(across, across)
     fa, fb = dot(vector, along), dot(vector, across)
@@ -57,7 +57,7 @@ def in_sides(vector, along, across):
 
 
 @njit(**INLINE)
-def _across(u, v):
+def _crossed_edge(u, v):
     """Edge over which a place has left its shell (-1: none), how far along it [0, 1], how far over."""
     if v < 0.0:
         return 0, u, -v
@@ -71,7 +71,7 @@ def _across(u, v):
 
 
 @njit(**INLINE)
-def _from_edge(edge, along, inward):
+def _place_at_edge(edge, along, inward):
     """Place (u, v) at a share ``along`` an edge and ``inward`` of it."""
     if edge == 0:
         return along, inward
@@ -83,7 +83,7 @@ def _from_edge(edge, along, inward):
 
 
 @njit(**PART)
-def _is_near(i, e, mesh):
+def _never_touches(i, e, mesh):
     """Return whether node ``i`` never touches shell ``e``."""
     found = False
     for k in range(mesh.near_start[i], mesh.near_start[i + 1]):
@@ -92,26 +92,26 @@ def _is_near(i, e, mesh):
 
 
 @njit(**PART)
-def walk(c, nodes, shells, mesh, contacts):
+def move_to_next_shell(c, nodes, shells, mesh, contacts):
     """Move a contact that left its shell to the neighbour, with the spring of its sticking.
 
     One that has nowhere to go gets an infinite gap: it carries nothing until the next search drops it.
     """
     e, u, v = contacts.shell[c], contacts.uv[0, c], contacts.uv[1, c]
-    edge, along, over = _across(u, v)
+    edge, along, over = _crossed_edge(u, v)
     if edge < 0 or is_free(e, edge, mesh, shells):
         return
     other = np.int64(mesh.neighbour[e, edge])
-    if _is_near(contacts.node[c], other // 4, mesh):  # it slid round a fold into its own surroundings
+    if _never_touches(contacts.node[c], other // 4, mesh):  # it slid round a fold into its own surroundings
         contacts.gap[c] = np.inf
         return
     xu, xv = sides(node_values(e, nodes.position, shells), u, v)
     spring = combine(contacts.spring[0, c], xu, contacts.spring[1, c], xv)
     e = other // 4
-    u, v = _from_edge(other % 4, 1.0 - along, over)
+    u, v = _place_at_edge(other % 4, 1.0 - along, over)
     xu, xv = sides(node_values(e, nodes.position, shells), u, v)
     contacts.shell[c], contacts.uv[0, c], contacts.uv[1, c] = e, u, v
-    contacts.spring[0, c], contacts.spring[1, c] = in_sides(spring, xu, xv)
+    contacts.spring[0, c], contacts.spring[1, c] = components_in_sides(spring, xu, xv)
 
 
 @njit(**INLINE)
@@ -138,13 +138,13 @@ def penalty_at(c, w, shells, mesh, contacts):
 
 
 @njit(**PART)
-def approach(c, rounds, nodes, shells, mesh, law, contacts):
+def follow_place(c, rounds, nodes, shells, mesh, law, contacts):
     """Follow the place of a contact; renews its gap and reach. Returns depth [mm] and direction to the node (3)."""
     e, point = contacts.shell[c], _node(nodes.position, contacts.node[c])
     p, m = node_values(e, nodes.position, shells), node_normals(e, nodes.position, shells)
     bounds = limits(e, mesh, shells)
-    u, v = facing(p, m, point, contacts.uv[0, c], contacts.uv[1, c], bounds, rounds, TRACKING_STEP)
-    gap, direction, side = separation(p, m, point, u, v, contacts.side[c], clamped(u, v, bounds))
+    u, v = find_facing_place(p, m, point, contacts.uv[0, c], contacts.uv[1, c], bounds, rounds, TRACKING_STEP)
+    gap, direction, side = separation(p, m, point, u, v, contacts.side[c], is_clamped(u, v, bounds))
     contacts.uv[0, c], contacts.uv[1, c], contacts.side[c], contacts.gap[c] = u, v, side, gap
     # a pair that was found too near touches from there on, so that it brings no energy
     contacts.reach[c] = min(law.thickness, max(contacts.reach[c], gap))
@@ -153,7 +153,7 @@ def approach(c, rounds, nodes, shells, mesh, law, contacts):
 
 
 @njit(**INLINE)
-def _closed(c, depth, earlier, closing, law, contacts):
+def _limit_closing(c, depth, earlier, closing, law, contacts):
     """Depth [mm] that the sheets closed themselves, from the ``earlier`` one by ``closing``; the reach is cut to it.
 
     A place that runs along a fold, or normals that turn where shells fold onto each other, would make energy.
@@ -178,7 +178,7 @@ def _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
     speed = sub(_node(nodes.velocity, i), blend(w, node_values(e, nodes.velocity, shells)))
     before = combine(1.0, arm, -0.5 * dt, speed)  # the arm half a step ago, when the speeds were these
     slide = scale(dt, combine(1.0, speed, -0.5, cross(spin, before)))
-    depth = _closed(c, depth, earlier, -dt * dot(speed, direction), law, contacts)
+    depth = _limit_closing(c, depth, earlier, -dt * dot(speed, direction), law, contacts)
     xu, xv = sides(p, u, v)
     spring = combine(contacts.spring[0, c], xu, contacts.spring[1, c], xv)
     stiffness = penalty_at(c, w, shells, mesh, contacts)
@@ -191,7 +191,7 @@ def _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
     damping = pressure - stiffness * depth
     damped -= 0.5 * (contacts.damping[c] - damping) * dot(slide, direction)
     contacts.slipping[c], contacts.damping[c] = slips, damping
-    contacts.spring[0, c], contacts.spring[1, c] = in_sides(spring, xu, xv)
+    contacts.spring[0, c], contacts.spring[1, c] = components_in_sides(spring, xu, xv)
     moment = scale(-0.5, cross(arm, force))
     for k in range(3):
         contacts.force[k, c], contacts.moment[k, c] = force[k], moment[k]
@@ -207,12 +207,12 @@ def sheet_forces(first, last, dt, nodes, shells, mesh, law, contacts):
     """Evaluate contacts first..last; returns the energies lost to friction and to contact damping [mJ]."""
     lost, damped = 0.0, 0.0
     for c in range(first, last):
-        walk(c, nodes, shells, mesh, contacts)
+        move_to_next_shell(c, nodes, shells, mesh, contacts)
         if contacts.gap[c] == np.inf or shells.state[state_index(contacts.shell[c]) + ALIVE] == 0.0:
             _release(c, contacts)
             continue
         before, earlier = contacts.gap[c], contacts.reach[c] - contacts.gap[c]
-        depth, direction = approach(c, ROUNDS, nodes, shells, mesh, law, contacts)
+        depth, direction = follow_place(c, ROUNDS, nodes, shells, mesh, law, contacts)
         if depth > 0.0:
             rubbed, taken = _press(c, depth, earlier, direction, dt, nodes, shells, mesh, law, contacts)
             lost, damped = lost + rubbed, damped + taken
@@ -259,7 +259,7 @@ def sheet_statistics(count, nodes, shells, mesh, law, contacts):
             continue
         e, u, v = contacts.shell[c], contacts.uv[0, c], contacts.uv[1, c]
         p, m = node_values(e, nodes.position, shells), node_normals(e, nodes.position, shells)
-        at_edge = clamped(u, v, limits(e, mesh, shells))
+        at_edge = is_clamped(u, v, limits(e, mesh, shells))
         gap = separation(p, m, _node(nodes.position, contacts.node[c]), u, v, contacts.side[c], at_edge)[0]
         depth = max(contacts.reach[c] - gap, 0.0)
         xu, xv = sides(p, u, v)

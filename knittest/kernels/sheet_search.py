@@ -9,8 +9,8 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.sheet_contact import clamped
-from knittest.kernels.sheet_surface import facing, limits, node_normals, node_values, separation, surface
+from knittest.kernels.sheet_contact import is_clamped
+from knittest.kernels.sheet_surface import find_facing_place, limits, node_normals, node_values, separation, surface
 from knittest.kernels.shell_state import ALIVE, state_index
 from knittest.kernels.vec import (
     ALLOCATING,
@@ -74,7 +74,7 @@ def _copy(source, a, target, b):
 
 
 @njit(**PART)
-def _beside(e, first, count, new, conn):
+def _is_near_listed(e, first, count, new, conn):
     """Return whether shell ``e`` is, or shares a corner with, the shell of a contact first..count."""
     for c in range(first, count):
         for a in range(4):
@@ -85,14 +85,14 @@ def _beside(e, first, count, new, conn):
 
 
 @njit(**PART)
-def _keep(first, last, stamp, old, reach, shells, new, needed):
+def _keep_contacts(first, last, stamp, old, reach, shells, new, needed):
     """Copy the contacts first..last of one node that are still near; returns the number then in ``new``."""
     begin = needed
     for c in range(first, last):
         e = old.shell[c]
         if old.gap[c] > reach or stamp[e] == old.node[c] or shells.state[state_index(e) + ALIVE] == 0.0:
             continue
-        if _beside(e, begin, min(needed, new.node.size), new, shells.conn):  # two ran into one place
+        if _is_near_listed(e, begin, min(needed, new.node.size), new, shells.conn):  # two ran into one place
             continue
         if needed < new.node.size:
             _copy(old, c, new, needed)
@@ -114,13 +114,13 @@ def _may_face(point, e, centre, half, reach, nodes, shells):
 
 
 @njit(**PART)
-def _try(point, e, nodes, shells, mesh):
+def _find_place(point, e, nodes, shells, mesh):
     """Place, gap and side of a point that faces shell ``e``: (u, v, gap, side); side 0 if it does not."""
     p, m = node_values(e, nodes.position, shells), node_normals(e, nodes.position, shells)
     bounds = limits(e, mesh, shells)
-    u, v = facing(p, m, point, 0.5, 0.5, bounds, ROUNDS, LARGEST_STEP)
+    u, v = find_facing_place(p, m, point, 0.5, 0.5, bounds, ROUNDS, LARGEST_STEP)
     inside = u >= -ON_SHELL and u <= 1.0 + ON_SHELL and v >= -ON_SHELL and v <= 1.0 + ON_SHELL
-    at_edge = clamped(u, v, bounds)
+    at_edge = is_clamped(u, v, bounds)
     x, n = surface(p, m, u, v)
     q = sub(point, x)
     off = combine(1.0, q, -dot(q, n) / max(dot(n, n), 1e-30), n)
@@ -169,7 +169,7 @@ def find_sheet_contacts(
         for k in range(mesh.near_start[i], mesh.near_start[i + 1]):
             stamp[mesh.near[k]] = i
         begin = needed
-        needed = _keep(first, c, stamp, old, reach, shells, new, needed)
+        needed = _keep_contacts(first, c, stamp, old, reach, shells, new, needed)
         if not looked:
             continue
         point = (x[i], y[i], z[i])
@@ -181,9 +181,9 @@ def find_sheet_contacts(
                     continue
                 if not _may_face(point, e, centre, half, reach, nodes, shells):
                     continue
-                if _beside(e, begin, min(needed, new.node.size), new, shells.conn):
+                if _is_near_listed(e, begin, min(needed, new.node.size), new, shells.conn):
                     continue
-                place = _try(point, e, nodes, shells, mesh)
+                place = _find_place(point, e, nodes, shells, mesh)
                 if place[3] == 0.0 or place[2] > reach:
                     continue
                 if needed < new.node.size:

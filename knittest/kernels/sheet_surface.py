@@ -175,7 +175,7 @@ def is_free(e, edge, mesh, shells):
 
 
 @njit(**KERNEL)
-def facing(p, m, point, u, v, bounds, rounds, most):
+def find_facing_place(p, m, point, u, v, bounds, rounds, most):
     """Place (u, v) whose normal goes through ``point``, within ``bounds``, from a first guess in ``rounds`` steps of at
     ``most`` so much.
 

@@ -57,8 +57,8 @@ from knittest.kernels.shell_state import (
     gather,
     hold_of,
     normal_of,
+    rotate_vector,
     state_index,
-    turned,
     warp_of,
 )
 from knittest.kernels.vec import INLINE, KERNEL, PART, U, add, combine, load3, rows3, scale, store3
@@ -67,7 +67,7 @@ from knittest.kernels.vec import INLINE, KERNEL, PART, U, add, combine, load3, r
 @njit(**INLINE)
 def _corner(w, i, fibres, axes, stiffness):
     """Gradients at ``fibres`` a, b and moment of the corner rotated by ``i``; ``axes``: the initial warp and normal."""
-    return drill_gradients(fibres[0], fibres[1], turned(w, i, axes[0]), turned(w, i, axes[1]), stiffness)
+    return drill_gradients(fibres[0], fibres[1], rotate_vector(w, i, axes[0]), rotate_vector(w, i, axes[1]), stiffness)
 
 
 @njit(**INLINE)
@@ -100,10 +100,10 @@ def _directors(at, state, w):
     """Replace the rotations of the corners of a block by the directors into which they turn the initial normal."""
     for k in range(LANES):
         normal = normal_of(state, at + k)
-        store3(w, D + CORNERS[0] + k, LANES, turned(w, D + CORNERS[0] + k, normal))
-        store3(w, D + CORNERS[1] + k, LANES, turned(w, D + CORNERS[1] + k, normal))
-        store3(w, D + CORNERS[2] + k, LANES, turned(w, D + CORNERS[2] + k, normal))
-        store3(w, D + CORNERS[3] + k, LANES, turned(w, D + CORNERS[3] + k, normal))
+        store3(w, D + CORNERS[0] + k, LANES, rotate_vector(w, D + CORNERS[0] + k, normal))
+        store3(w, D + CORNERS[1] + k, LANES, rotate_vector(w, D + CORNERS[1] + k, normal))
+        store3(w, D + CORNERS[2] + k, LANES, rotate_vector(w, D + CORNERS[2] + k, normal))
+        store3(w, D + CORNERS[3] + k, LANES, rotate_vector(w, D + CORNERS[3] + k, normal))
 
 
 @njit(**INLINE)

@@ -163,7 +163,7 @@ def _element_constants(corners: Array, warp: Array) -> Array:
     along = along - np.sum(along * normal, axis=1)[:, None] * normal
     along /= np.linalg.norm(along, axis=1)[:, None]
     shape = (np.sum(x31**2, axis=1) + np.sum(x42**2, axis=1)) / (4.0 * area)
-    columns = [_on_diagonals(v, x31, x42, normal) for v in (along, np.cross(normal, along), pattern)]
+    columns = [_diagonal_components(v, x31, x42, normal) for v in (along, np.cross(normal, along), pattern)]
     hold = area[:, None] * _hourglass_shares(columns[0], columns[1])
     initial_warp = np.sum(normal * pattern, axis=1)
     one = np.ones(len(area))
@@ -188,7 +188,7 @@ def _hourglass_shares(warp: Array, weft: Array) -> Array:
     return np.column_stack([*(s[0] for s in shares), *(s[1] for s in shares)])
 
 
-def _on_diagonals(vector: Array, x31: Array, x42: Array, normal: Array) -> Array:
+def _diagonal_components(vector: Array, x31: Array, x42: Array, normal: Array) -> Array:
     """Components (n, 2) with vector = alpha x31 + beta x42 in the plane across ``normal``."""
     double_area = np.sum(np.cross(x31, x42) * normal, axis=1)
     alpha = np.sum(np.cross(vector, x42) * normal, axis=1) / double_area
@@ -244,7 +244,7 @@ def gather(block, nodes, conn, w):
 
 
 @njit(**INLINE)
-def turned(w, i, vector):
+def rotate_vector(w, i, vector):
     """``vector`` as the rotation at ``i`` turns it."""
     return rotate(w[i], w[i + LANES], w[i + ROW2], w[i + ROW3], vector)
 

@@ -72,7 +72,7 @@ def shares_left(slid2, spun2, limit, ratio):
 
 
 @njit(**INLINE)
-def _grow(count, law, w):
+def _update_levers(count, law, w):
     """Levers by the forces."""
     for m in range(U(count)):
         offset = load3(w, GX + m, LANES)
@@ -81,7 +81,7 @@ def _grow(count, law, w):
 
 
 @njit(**INLINE)
-def _give_way(count, law, w):
+def _limit_spin(count, law, w):
     for m in range(U(count)):
         offset = load3(w, GX + m, LANES)
         force, slid = load3(w, PX + m, LANES), load3(w, EX + m, LANES)
@@ -108,7 +108,7 @@ def _give_way(count, law, w):
 
 
 @njit(**INLINE)
-def give_way(first, count, contacts, law, w):
+def limit_spin_and_slip(first, count, contacts, law, w):
     """Let the contacts first.. of a block, whose springs and forces are those of sticking, slip and spin by ``law``."""
     read3(first, count, rows3(contacts.spring), w, WAS_EX)
     read(first, count, contacts.slipping, w, WAS_SLIPPING)
@@ -116,7 +116,7 @@ def give_way(first, count, contacts, law, w):
     read(first, count, contacts.lever[1], w, LEVER)
     if law.softening > 0.0:
         read(first, count, contacts.lever[0], w, COEFFICIENT)
-        _grow(count, law, w)
-    _give_way(count, law, w)
+        _update_levers(count, law, w)
+    _limit_spin(count, law, w)
     write(first, count, w, TWIST, contacts.twist)
     write(first, count, w, COUPLE, contacts.couple)

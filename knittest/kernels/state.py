@@ -82,7 +82,7 @@ class Contacts(NamedTuple):
     of the centres of their curvature: ``shift`` of these on piece i and ``other`` on j (3, n) [mm], ``touch`` (n,) sum
     of their radii [mm], 0 between circles. Of the nodes: ``upright`` (3, n_nodes) heights of the sections before they
     turn, ``turned`` now, ``square`` and ``excess`` (n_nodes,) [mm^2], and where they flatten ``shape`` (ROWS, n_nodes),
-    see :mod:`knittest.kernels.flatten`. ``accepted`` (n,) overlap of the start [mm], which carries no force.
+    see :mod:`knittest.kernels.flattening`. ``accepted`` (n,) overlap of the start [mm], which carries no force.
     """
 
     piece: Index

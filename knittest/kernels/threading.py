@@ -39,7 +39,7 @@ def claim(claimed, p, sweep):
 
 
 @njit(**INLINE)
-def in_turn(k, thread, threads):
+def next_partition(k, thread, threads):
     """The ``k``-th partition that one of ``threads`` asks for: its own first, then what others have left."""
     return SHARED_OUT[(k + PARTITIONS * thread // threads) % PARTITIONS]
 
@@ -69,7 +69,7 @@ def best_threads(wanted: int | None) -> int:
 
 
 @contextmanager
-def limited(threads: int) -> Iterator[None]:
+def limit_threads(threads: int) -> Iterator[None]:
     """Use ``threads`` inside, as many as before after."""
     before = numba.get_num_threads()
     numba.set_num_threads(min(threads, int(config.NUMBA_NUM_THREADS)))

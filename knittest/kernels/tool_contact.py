@@ -7,7 +7,7 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from knittest.kernels.loads import load_now
+from knittest.kernels.loads import present_load
 from knittest.kernels.state import KINETIC, NORMAL, STATIC, TANGENTIAL
 from knittest.kernels.tool_shapes import FAR, frame_distance, least_distances, tool_frame
 from knittest.kernels.vec import (
@@ -107,7 +107,7 @@ def move_tools(dt, tools, tables, tally):
                 after = tables.now[1, motion]
                 tally.energy[0, 0] -= force * 0.5 * (before + after) * dt
             else:
-                applied = load_now(1.0, load, tables) if load >= 0 else 0.0
+                applied = present_load(1.0, load, tables) if load >= 0 else 0.0
                 slowed = 1.0 / (1.0 + 0.5 * tools.drag[t] * dt)
                 free = before * (1.0 - 0.5 * tools.drag[t] * dt) + (force + applied) * dt / tools.mass[t]
                 after = free * slowed

@@ -12,7 +12,7 @@ SLABS = 32
 
 
 @njit(**INLINE)
-def _clamped(value):
+def _clamp_unit(value):
     return min(max(value, 0.0), 1.0)
 
 
@@ -22,14 +22,14 @@ def _dot(a, b):
 
 
 @njit(**INLINE)
-def _less(a, b):
+def _difference(a, b):
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
 @njit(**INLINE)
 def _from_edge(off, edge):
     """Squared distance of the end of ``off`` from a segment ``edge``, both from the segment's start."""
-    share = _clamped(_dot(off, edge) / _dot(edge, edge))
+    share = _clamp_unit(_dot(off, edge) / _dot(edge, edge))
     rest = (off[0] - share * edge[0], off[1] - share * edge[1], off[2] - share * edge[2])
     return _dot(rest, rest)
 
@@ -37,7 +37,14 @@ def _from_edge(off, edge):
 @njit(**PART)
 def squared_distance(p, a, b, c):
     """Squared distance of point ``p`` from triangle a, b, c, three numbers each (Ericson, 2005)."""
-    ab, ac, bc, ap, bp, cp = _less(b, a), _less(c, a), _less(c, b), _less(p, a), _less(p, b), _less(p, c)
+    ab, ac, bc, ap, bp, cp = (
+        _difference(b, a),
+        _difference(c, a),
+        _difference(c, b),
+        _difference(p, a),
+        _difference(p, b),
+        _difference(p, c),
+    )
     d1, d2, d3, d4, d5, d6 = _dot(ab, ap), _dot(ac, ap), _dot(ab, bp), _dot(ac, bp), _dot(ab, cp), _dot(ac, cp)
     va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
     if va > 0.0 and vb > 0.0 and vc > 0.0:
@@ -59,9 +66,9 @@ def near_distance(corners, origin, spacing, band, square, nearest):
     for slab in prange(slabs):
         first, last = slab * nx // slabs, (slab + 1) * nx // slabs
         for t in range(corners.shape[0]):
-            i0, i1 = _reached(corners[t, :, 0], origin[0], spacing, band, first, last)
-            j0, j1 = _reached(corners[t, :, 1], origin[1], spacing, band, 0, ny)
-            k0, k1 = _reached(corners[t, :, 2], origin[2], spacing, band, 0, nz)
+            i0, i1 = _samples_within_band(corners[t, :, 0], origin[0], spacing, band, first, last)
+            j0, j1 = _samples_within_band(corners[t, :, 1], origin[1], spacing, band, 0, ny)
+            k0, k1 = _samples_within_band(corners[t, :, 2], origin[2], spacing, band, 0, nz)
             if i0 >= i1 or j0 >= j1 or k0 >= k1:
                 continue
             a, b, c = _corners(corners, t)
@@ -93,11 +100,11 @@ def far_distance(corners, origin, spacing, beyond, nearest, square, found):
             for k in range(beyond.shape[2]):
                 found[i, j, k] = nearest[i, j, k]
                 if beyond[i, j, k]:
-                    square[i, j, k], found[i, j, k] = _among_neighbours(corners, origin, spacing, nearest, i, j, k)
+                    square[i, j, k], found[i, j, k] = _nearest_of_neighbours(corners, origin, spacing, nearest, i, j, k)
 
 
 @njit(**PART)
-def _among_neighbours(corners, origin, spacing, nearest, i, j, k):
+def _nearest_of_neighbours(corners, origin, spacing, nearest, i, j, k):
     """Squared distance [mm2] and number of the nearest of the triangles of a sample and its neighbours."""
     place, found = _place(origin, spacing, i, j, k), nearest[i, j, k]
     a, b, c = _corners(corners, found)
@@ -129,8 +136,8 @@ def crossings(corners, origin, spacing, steps):
     for slab in prange(slabs):
         first, last = slab * nx // slabs, (slab + 1) * nx // slabs
         for t in range(corners.shape[0]):
-            i0, i1 = _reached(corners[t, :, 0], origin[0], spacing, 0.0, first, last)
-            j0, j1 = _reached(corners[t, :, 1], origin[1], spacing, 0.0, 0, ny)
+            i0, i1 = _samples_within_band(corners[t, :, 0], origin[0], spacing, 0.0, first, last)
+            j0, j1 = _samples_within_band(corners[t, :, 1], origin[1], spacing, 0.0, 0, ny)
             a, b, c = _corners(corners, t)
             normal = _normal(a, b, c)
             if normal[2] == 0.0:
@@ -139,7 +146,7 @@ def crossings(corners, origin, spacing, steps):
             for i in range(i0, i1):
                 for j in range(j0, j1):
                     x, y = origin[0] + i * spacing, origin[1] + j * spacing
-                    if _left(a, b, x, y) == up and _left(b, c, x, y) == up and _left(c, a, x, y) == up:
+                    if _is_left(a, b, x, y) == up and _is_left(b, c, x, y) == up and _is_left(c, a, x, y) == up:
                         z = a[2] - (normal[0] * (x - a[0]) + normal[1] * (y - a[1])) / normal[2]
                         z = min(max(z, min(a[2], b[2], c[2])), max(a[2], b[2], c[2]))  # of a steep triangle
                         k = max(int(np.ceil((z - origin[2]) / spacing)), 0)
@@ -148,7 +155,7 @@ def crossings(corners, origin, spacing, steps):
 
 
 @njit(**EXACT)
-def _left(a, b, x, y):
+def _is_left(a, b, x, y):
     """Return whether (x, y) is on the left of the line from ``a`` to ``b`` seen from above; the reverse from b to a."""
     turned = b[0] < a[0] or (b[0] == a[0] and b[1] < a[1])
     if turned:
@@ -157,7 +164,7 @@ def _left(a, b, x, y):
 
 
 @njit(**INLINE)
-def _reached(values, origin, spacing, band, first, last):
+def _samples_within_band(values, origin, spacing, band, first, last):
     """Range of samples within ``band`` of three ``values`` along an axis, in first..last."""
     low, high = min(values[0], values[1], values[2]) - band, max(values[0], values[1], values[2]) + band
     begin, end = np.ceil((low - origin) / spacing), np.floor((high - origin) / spacing) + 1.0
@@ -180,5 +187,5 @@ def _place(origin, spacing, i, j, k):
 
 @njit(**INLINE)
 def _normal(a, b, c):
-    p, q = _less(b, a), _less(c, a)
+    p, q = _difference(b, a), _difference(c, a)
     return p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]

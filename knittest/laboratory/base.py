@@ -16,10 +16,10 @@ from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
 from knittest.config.yarn import TENACITY
-from knittest.experiment.compare import STRAIN
+from knittest.experiment.comparison import STRAIN
 from knittest.experiment.conditions import EXACT
-from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve, per_width
-from knittest.experiment.origin import borrowed
+from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve, to_force_per_width
+from knittest.experiment.origin import borrowed_curves
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.laminate import laminate
 from knittest.models.boundary import Boundary
@@ -34,14 +34,14 @@ MARGIN = 0.02
 
 
 @dataclass(frozen=True)
-class Reach:
+class CurveCoverage:
     """Largest force of a tension curve at ``end`` [%], of which the macro model misses the share ``lost`` [-]."""
 
     direction: Direction
     end: float
     fracture_strain: Quantity
     lost: float
-    borrowed: bool
+    is_borrowed: bool
 
     @property
     def is_cut(self) -> bool:
@@ -58,27 +58,29 @@ class Reach:
         )
 
 
-def reaches(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> list[Reach]:
+def curve_coverages(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> list[CurveCoverage]:
     """Part of each tension curve up to the fracture strain of ``fabric``."""
-    owners, found = borrowed(fabric), []
+    owners, found = borrowed_curves(fabric), []
     for direction, curve in curves.items():
         top, strain = int(np.argmax(curve.mean)), fabric.macro.fracture_strain.of(direction)
         lost = 1.0 - float(np.interp(strain.value, curve.x, curve.mean)) / float(curve.mean[top])
-        found.append(Reach(direction, float(curve.x[top]), strain, lost, f"macro.tension.{direction}" in owners))
+        found.append(
+            CurveCoverage(direction, float(curve.x[top]), strain, lost, f"macro.tension.{direction}" in owners)
+        )
     return found
 
 
-def refuse_blunders(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> None:
+def check_fracture_strains(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> None:
     """Raise :class:`InputError` for an assumed fracture strain that cuts a curve of the fabric's own."""
-    for one in reaches(fabric, curves):
-        if one.is_cut and one.fracture_strain.source == "assumed" and not one.borrowed:
+    for one in curve_coverages(fabric, curves):
+        if one.is_cut and one.fracture_strain.source == "assumed" and not one.is_borrowed:
             raise InputError(
                 f"fabric {fabric.name}: {one.text()}. Give the strain at the largest force of your tests, about "
                 f"{one.end:.3g} %, with its source (knittest new NAME --from FOLDER copies it from the import)"
             )
 
 
-def refuse_too_strong(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> None:
+def check_curve_strength(fabric: Fabric, curves: Mapping[Direction, ReferenceCurve]) -> None:
     """Raise :class:`InputError` for a curve that no fibres of the area mass of ``fabric`` can carry."""
     most = TENACITY * fabric.area_mass.value  # g/m2 are tex a mm of width
     for direction, curve in curves.items():
@@ -99,10 +101,10 @@ def cut_curve_warnings(run: Run) -> tuple[str, ...]:
     """Warn of each curve that a stated fracture strain cuts, of a macro model."""
     if run.model.scale != "macro":
         return ()
-    return tuple(one.text() for one in reaches(run.fabric, tension_curves(run.fabric)) if one.is_cut)
+    return tuple(one.text() for one in curve_coverages(run.fabric, tension_curves(run.fabric)) if one.is_cut)
 
 
-def unless_one(factors: Iterable[float]) -> tuple[float, ...]:
+def nontrivial_factors(factors: Iterable[float]) -> tuple[float, ...]:
     """``factors``; empty where all are 1."""
     found = tuple(factors)
     return () if all(math.isclose(factor, 1.0, rel_tol=EXACT) for factor in found) else found
@@ -112,7 +114,7 @@ def unless_one(factors: Iterable[float]) -> tuple[float, ...]:
 RunT = TypeVar("RunT", bound=Run, contravariant=True)
 
 
-class Holder(ABC):
+class StaticMount(ABC):
     """A mount that only holds the model, of a test that looks for an equilibrium without time."""
 
     @abstractmethod
@@ -121,11 +123,11 @@ class Holder(ABC):
 
 
 @dataclass(frozen=True)
-class Prepared:
+class PreparedSpecimen:
     """A model with its rig or holder, ``yarns``, ``facts`` for results, ``notes``, and ratios for ``restarts``."""
 
     model: ExplicitModel
-    mount: Rig | Holder
+    mount: Rig | StaticMount
     geometry_s: float = 0.0
     yarns: dict[str, np.ndarray] = field(default_factory=dict)
     facts: dict[str, float] = field(default_factory=dict)
@@ -135,14 +137,14 @@ class Prepared:
     @property
     def rig(self) -> Rig:
         """Rig that moves the model; raises :class:`TypeError` for a holder."""
-        if isinstance(self.mount, Holder):
+        if isinstance(self.mount, StaticMount):
             raise TypeError(f"{type(self.mount).__name__} is a holder: it has no motion to simulate")
         return self.mount
 
     @property
     def duration(self) -> float:
         """Longest time [ms] of the test; 0 for a holder."""
-        return 0.0 if isinstance(self.mount, Holder) else self.mount.duration
+        return 0.0 if isinstance(self.mount, StaticMount) else self.mount.duration
 
 
 class Test(Protocol[RunT]):
@@ -157,34 +159,34 @@ class Test(Protocol[RunT]):
         """Estimate what ``run`` leaves open; return the run and a sentence on the estimate, empty if none is needed."""
         return run, ""
 
-    def refuse(self, run: RunT) -> None:
+    def check_run(self, run: RunT) -> None:
         """Raise :class:`InputError` for a run without a possible specimen, before one is made."""
         return
 
     @abstractmethod
-    def prepare(self, run: RunT, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+    def prepare(self, run: RunT, specimen: int = 0, observer: Observer = SILENT) -> PreparedSpecimen:
         """Cut and mount specimen number ``specimen``."""
 
     @abstractmethod
-    def solve(self, prepared: Prepared, run: RunT, observer: Observer) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: PreparedSpecimen, run: RunT, observer: Observer) -> tuple[History, SimulationCost]:
         """Simulate the test."""
 
-    def finish(self, run: RunT, prepared: Prepared, history: History) -> History:
+    def finish(self, run: RunT, prepared: PreparedSpecimen, history: History) -> History:
         """Return the part of a ``history``, whole or ended early, from which results are read: all by default."""
         return history
 
     @abstractmethod
-    def results(self, run: RunT, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: RunT, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Return the numbers of summary.json, with their unit in the name."""
 
     @abstractmethod
-    def assess(self, run: RunT, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: RunT, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate the quality checks."""
 
 
 def fabric_laminate(run: Run) -> Laminate:
     """Laminate of the run's fabric with its tension curves; raises :class:`InputError` for an unfit card."""
-    if missing := run.fabric.macro.missing:
+    if missing := run.fabric.macro.missing_card_parts:
         raise InputError(
             f"fabric {run.fabric.name}: missing macro.{', macro.'.join(missing)}; knittest homogenise --from cell "
             "derives them from the yarns and writes the complete fabric file"
@@ -194,8 +196,8 @@ def fabric_laminate(run: Run) -> Laminate:
             f"solver.target_step = {run.solver.target_step:g} us: a macro model has no mass scaling; remove it"
         )
     curves = tension_curves(run.fabric)
-    refuse_blunders(run.fabric, curves)
-    refuse_too_strong(run.fabric, curves)
+    check_fracture_strains(run.fabric, curves)
+    check_curve_strength(run.fabric, curves)
     return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()}, shear_curve(run))
 
 
@@ -220,7 +222,7 @@ def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
         stated = f"{found.test or 'tensile'} {found.direction}".strip()
         raise InputError(f"{where}: {curve.file} is a curve of {stated}; expected one of tensile {direction}")
     try:
-        return per_width(curve)
+        return to_force_per_width(curve)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
 

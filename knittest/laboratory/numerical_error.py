@@ -17,7 +17,7 @@ from knittest.base.kinds import Parts, kinds
 from knittest.base.summary import NumericalError, RepeatBlock, Summary
 from knittest.config.base import field_meta
 from knittest.config.run import MacroModel, MesoModel, Run
-from knittest.laboratory.halving import change, diagnostic
+from knittest.laboratory.halved_setting import change, diagnostic_results
 
 #: results, None where there is no number
 Numbers = Mapping[str, float | None]
@@ -40,7 +40,7 @@ class Corrections(Generic[RunT]):
         """Correct ``results`` for the tolerance of a search, so that two runs can be compared."""
         return results
 
-    def rested(self, run: RunT, results: Numbers) -> Numbers:
+    def correct_to_equilibrium(self, run: RunT, results: Numbers) -> Numbers:
         """Correct ``results`` for the criterion of equilibrium as well."""
         return self.exact(run, results)
 
@@ -76,7 +76,7 @@ def numerical_errors(
 ) -> dict[str, NumericalError]:
     """Block of summary.json: changes [%] and error, in its own unit, of results but diagnostics; None if unknown."""
     found, other_mesh = {}, "finer_mesh_pct" if finer else "coarser_mesh_pct"
-    for quantity in (q for q in results if q not in diagnostic()):
+    for quantity in (q for q in results if q not in diagnostic_results()):
         value, slow, other = _finite(results[quantity]), half.of(quantity), mesh.of(quantity)
         changes = {"half_speed_pct": _percent(value, slow), other_mesh: _percent(value, other), "error": None}
         row = cast(NumericalError, changes)
@@ -109,7 +109,7 @@ EVEN, UNEVEN = 0.1, 0.3
 
 
 @dataclass(frozen=True)
-class Remeshing:
+class OtherMesh:
     """``other`` is ``run`` with elements ``ratio`` times as long, or short if ``finer``, and the change as text."""
 
     run: Run
@@ -121,7 +121,7 @@ class Remeshing:
     finer: bool
 
 
-class _Choice(NamedTuple):
+class _MeshChoice(NamedTuple):
     """New numbers of elements, both ratios of element lengths (at least 1), and whether the mesh is finer."""
 
     counts: tuple[int, int]
@@ -133,17 +133,17 @@ class _Choice(NamedTuple):
         return max(self.ratios) / min(self.ratios) - 1.0
 
 
-def remeshing(run: Run, finer: bool = False) -> Remeshing:
+def remesh(run: Run, finer: bool = False) -> OtherMesh:
     """The next coarser mesh that fits the specimen, or a finer one; raises :class:`InputError` when none fits."""
-    found = _shells(run) if run.model.scale == "macro" else _yarns(run)
+    found = _shell_choices(run) if run.model.scale == "macro" else _beam_choices(run)
     choices = [c for c in found if c.mismatch <= UNEVEN and c.finer >= finer]
     if not choices:
         raise InputError("model: no other mesh fits the specimen; change the element size or the size of the specimen")
     best = min(choices, key=lambda c: (c.finer, max(c.mismatch - EVEN, 0.0), max(c.ratios), c.mismatch))
-    return _remeshed(run, best)
+    return _apply_choice(run, best)
 
 
-def sides(run: Run) -> tuple[float, float]:
+def sheet_sides(run: Run) -> tuple[float, float]:
     """Length and width [mm] of the sheet of shells; raises :class:`InputError` for a test that does not state them."""
     kind = kinds()[run.rig.kind]
     if not kind.sheet:
@@ -154,28 +154,28 @@ def sides(run: Run) -> tuple[float, float]:
     return float(length), float(width)
 
 
-def _shells(run: Run) -> Iterator[_Choice]:
+def _shell_choices(run: Run) -> Iterator[_MeshChoice]:
     """Other numbers of shells along and across; the shells themselves stay about square."""
-    (length, width), size = sides(run), run.model.macro.element_size
+    (length, width), size = sheet_sides(run), run.model.macro.element_size
     along, across = max(round(length / size), 1), max(round(width / size), 1)
     low, high = field_meta(MacroModel, "element_size")["band"]
     for n in range(LEAST[1], int(SHELLS[1] * across) + 1):
         m = round(length * n / width)
         finer = n > across
         ratios = (m / along, n / across) if finer else (along / max(m, 1), across / n)
-        if (finer or m >= LEAST[0]) and _within(ratios, SHELLS) and low <= width / n <= high:
-            yield _Choice((m, n), ratios, finer)
+        if (finer or m >= LEAST[0]) and _are_within(ratios, SHELLS) and low <= width / n <= high:
+            yield _MeshChoice((m, n), ratios, finer)
 
 
-def _yarns(run: Run) -> Iterator[_Choice]:
+def _beam_choices(run: Run) -> Iterator[_MeshChoice]:
     """Other even numbers of beams in a loop and in a wave."""
     loop, wave = run.model.meso.elements_per_loop, run.model.meso.elements_per_wave
     counts = _counts("elements_per_loop", loop), _counts("elements_per_wave", wave)
     for finer in (False, True):
         for n, m in product(*counts):
             ratios = (n / loop, m / wave) if finer else (loop / n, wave / m)
-            if _within(ratios, YARNS):
-                yield _Choice((n, m), ratios, finer)
+            if _are_within(ratios, YARNS):
+                yield _MeshChoice((n, m), ratios, finer)
 
 
 def _counts(field: str, now: int) -> range:
@@ -185,13 +185,13 @@ def _counts(field: str, now: int) -> range:
     return range(bounds["minimum"], most + 1, bounds["multipleOf"])
 
 
-def _within(ratios: tuple[float, float], window: tuple[float, float]) -> bool:
+def _are_within(ratios: tuple[float, float], window: tuple[float, float]) -> bool:
     return all(window[0] - 1e-9 <= r <= window[1] + 1e-9 for r in ratios)
 
 
-def _remeshed(run: Run, choice: _Choice) -> Remeshing:
+def _apply_choice(run: Run, choice: _MeshChoice) -> OtherMesh:
     if run.model.scale == "macro":
-        size = sides(run)[1] / choice.counts[1]
+        size = sheet_sides(run)[1] / choice.counts[1]
         part, setting, changed = "macro", "model.macro.element_size", dict[str, float](element_size=size)
         before, after = (f"{length:.3g} mm" for length in (run.model.macro.element_size, size))
     else:
@@ -202,7 +202,7 @@ def _remeshed(run: Run, choice: _Choice) -> Remeshing:
     new = getattr(run.model, part).model_copy(update=changed)
     other = run.model_copy(update={"model": run.model.model_copy(update={part: new})})
     ratio = (choice.ratios[0] * choice.ratios[1]) ** 0.5
-    return Remeshing(run, other, setting, before, after, ratio, choice.finer)
+    return OtherMesh(run, other, setting, before, after, ratio, choice.finer)
 
 
 #: note of a run without repeats, and of one whose repeats did not finish
@@ -218,7 +218,7 @@ def error_notes(summary: Summary, *, asked: bool = False) -> list[str]:
     if not block:
         return [UNFINISHED if asked else NOT_ESTIMATED]
     repeats = (("half", block.get("half_speed")), ("other mesh", block.get("mesh")))
-    lines = [_line(what, repeat) for what, repeat in repeats if isinstance(repeat, Mapping)]
+    lines = [_repeat_line(what, repeat) for what, repeat in repeats if isinstance(repeat, Mapping)]
     if any(isinstance(value, Mapping) and "values" in value for value in summary["results"].values()):
         lines.append("numerical error: of the first specimen only")
     missing = {row.get("reason") for row in (summary.get("numerical_error") or {}).values() if row.get("error") is None}
@@ -228,7 +228,7 @@ def error_notes(summary: Summary, *, asked: bool = False) -> list[str]:
     return lines
 
 
-def _line(what: str, repeat: RepeatBlock) -> str:
+def _repeat_line(what: str, repeat: RepeatBlock) -> str:
     if not repeat.get("setting"):
         return f"numerical error, {what}: none: {repeat.get('reason')}"
     text = f"numerical error, {what}: {repeat['setting']} {repeat['value']} -> {repeat['other_value']}"

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 LOOPS = ("loop_length", "knitting.beam_diameter", "knitting.bending_stiffness", "knitting.degree_of_set")
-PULLED = (
+TENSION_FIELDS = (
     "reinforcing.youngs_modulus", "reinforcing.load_area", "reinforcing.fracture_strain", "reinforcing.crimp.{d}",
     "reinforcing.slack.{d}",
 )  # fmt: skip
@@ -21,7 +21,7 @@ def labels_at(name: str, words: str, form: str, places: Iterable[float]) -> dict
 
 
 @dataclass(frozen=True)
-class Ending:
+class EndSetting:
     """``field`` that ends a run sooner, its present end ``now``, and how far beyond a place means reach (``near``)."""
 
     field: str

@@ -16,17 +16,17 @@ from knittest.base.history import Body, History, Specimen
 from knittest.base.kinds import Parts, TestKind, kinds
 from knittest.base.progress import tell
 from knittest.base.result_rows import mean_factor
-from knittest.config.gates import SolverGate, deciding, gates_of, loosened
+from knittest.config.quality_checks import SolverCheck, deciding_fields, quality_checks_of, relaxed_limits
 from knittest.config.run import Run
-from knittest.config.sources import numbers_of
-from knittest.experiment.curves import ReferenceCurve, noted
-from knittest.experiment.origin import assumed_friction, borrowed
+from knittest.config.sources import parameter_set_text
+from knittest.experiment.curves import ReferenceCurve, add_note
+from knittest.experiment.origin import assumed_friction, borrowed_curves
 from knittest.experiment.tables import PublishedValue
 from knittest.export import line_picture
 from knittest.export.line_picture import Band, Level, Line
 from knittest.export.yarn_pictures import faces_picture
 from knittest.laboratory.base import RunT, Test
-from knittest.laboratory.judging import Span
+from knittest.laboratory.quality_checks import Span
 
 Columns = dict[str, np.ndarray]
 
@@ -68,7 +68,7 @@ class CurveAxes:
 
 
 @dataclass(frozen=True)
-class Gate:
+class QualityCheck:
     """Limit [``unit``] of a number of summary.json (``part``: quality or results)."""
 
     label: str
@@ -80,15 +80,15 @@ class Gate:
     field: str = ""  # of the config, that states the limit
 
 
-def energy_gates(run: Run) -> list[Gate]:
+def energy_checks(run: Run) -> list[QualityCheck]:
     """Quality checks of every test that is integrated in time."""
-    return [energy_gate(run, gate) for gate in gates_of(run)]
+    return [energy_check(run, gate) for gate in quality_checks_of(run)]
 
 
-def energy_gate(run: Run, gate: SolverGate) -> Gate:
+def energy_check(run: Run, gate: SolverCheck) -> QualityCheck:
     """Quality check with its limit in ``run``."""
     limit, field = getattr(run.solver, gate.limit), f"solver.{gate.limit}"
-    return Gate(gate.label, "quality", gate.key, limit, scale=gate.scale, field=field)
+    return QualityCheck(gate.label, "quality", gate.key, limit, scale=gate.scale, field=field)
 
 
 class Report(Protocol[RunT]):
@@ -96,15 +96,15 @@ class Report(Protocol[RunT]):
 
     axes: CurveAxes
     #: facts with the places of the tools; specimens of an earlier version may lack them
-    placed_by: tuple[str, ...] = ()
+    placement_facts: tuple[str, ...] = ()
 
     def levels(self, run: RunT) -> list[Level]:
         """Horizontal lines of the curve's picture: none by default."""
         return []
 
-    def gates(self, run: RunT) -> list[Gate]:
+    def gates(self, run: RunT) -> list[QualityCheck]:
         """Limits above which a run is not compared: by default those of every test in time."""
-        return energy_gates(run)
+        return energy_checks(run)
 
     @abstractmethod
     def scaled(self, run: RunT, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
@@ -118,13 +118,13 @@ class Report(Protocol[RunT]):
         """Nominal size over that of the model, one a specimen, by which results are multiplied; none by default."""
         return ()
 
-    def for_nominal_size(self, run: RunT, columns: Mapping[str, np.ndarray]) -> Columns:
+    def scale_to_nominal_size(self, run: RunT, columns: Mapping[str, np.ndarray]) -> Columns:
         """Columns of curve.csv with the force for the nominal size of the specimen."""
         factor, forces = mean_factor(self.factors(run)), (self.axes.y, self.axes.mean, self.axes.sd)
         return {name: factor * values if name in forces else values for name, values in columns.items()}
 
     @abstractmethod
-    def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
+    def scale_curve(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
         """Scale ``curve`` of the same test to the size of ``run``; raises :class:`InputError` if it cannot."""
 
     @abstractmethod
@@ -132,7 +132,7 @@ class Report(Protocol[RunT]):
         """Size [mm] with which the forces of the specimen grow, and the same in words; 1 where there is none."""
 
     @abstractmethod
-    def size_free(self, run: RunT, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+    def size_free_curve(self, run: RunT, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """Axes and columns of the curve, independent of the specimen's size."""
 
     @abstractmethod
@@ -149,7 +149,7 @@ class Report(Protocol[RunT]):
 
     def bodies(self, run: RunT, specimen: Specimen) -> list[Body]:
         """Tools in each frame of ``specimen``; none where it lacks a fact of ``placed_by``."""
-        return self.placed(run, specimen) if set(self.placed_by) <= specimen.facts.keys() else []
+        return self.placed(run, specimen) if set(self.placement_facts) <= specimen.facts.keys() else []
 
     def placed(self, run: RunT, specimen: Specimen) -> list[Body]:
         """Tools of a ``specimen`` with all facts of ``placed_by``: none by default."""
@@ -160,7 +160,7 @@ class Report(Protocol[RunT]):
         """Write the pictures."""
 
 
-class NoSize(Generic[RunT]):
+class SizeFreeReport(Generic[RunT]):
     """Part of a :class:`Report` of a test whose results do not depend on the size of the specimen."""
 
     axes: CurveAxes
@@ -169,20 +169,20 @@ class NoSize(Generic[RunT]):
         """Values as they are."""
         return list(rows)
 
-    def matched(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
+    def scale_curve(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
         """Curve as it is, of the same test."""
-        return same_test(run, curve)
+        return check_same_test(run, curve)
 
     def size(self, run: RunT) -> tuple[float, str]:
         """No size: a factor of 1 without a unit."""
         return 1.0, ""
 
-    def size_free(self, run: RunT, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+    def size_free_curve(self, run: RunT, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """The curve as it is."""
         return self.axes, dict(columns)
 
 
-def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
+def check_same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
     """``curve``; raises :class:`InputError` where its file states another test or direction than that of ``run``."""
     stated, own = curve.conditions, (run.rig.kind, run.direction)
     if stated.test not in ("", own[0]) or (own[1] and stated.direction not in ("", own[1])):
@@ -192,7 +192,7 @@ def same_test(run: Run, curve: ReferenceCurve) -> ReferenceCurve:
         )
     if own[1] and not stated.direction:
         assumed = f"the file states no direction, {own[1]} is assumed"
-        return noted(replace(curve, doubt=f"{assumed}; confirm it by a line '# direction: {own[1]}'"), assumed)
+        return add_note(replace(curve, doubt=f"{assumed}; confirm it by a line '# direction: {own[1]}'"), assumed)
     return curve
 
 
@@ -232,7 +232,7 @@ class FabricReport(Report[RunT]):
         """Draw ``lines`` and the references with the texts of the axes, or the ``texts`` of :func:`line_picture`."""
         usual: dict[str, Any] = {
             "title": title_of(run), "xlabel": self.axes.xlabel, "ylabel": self.axes.ylabel, "levels": self.levels(run),
-            "bands": scatter(references.curves),
+            "bands": scatter_bands(references.curves),
         }  # fmt: skip
         own = [Line(c.x, c.mean, f"{c.source} ({c.kind})", "--") for c in references.curves]
         line_picture.line_picture(path, [*lines, *own], **usual | texts)
@@ -241,10 +241,10 @@ class FabricReport(Report[RunT]):
 def title_of(run: Run) -> str:
     """Title of the pictures."""
     what = " ".join(part for part in (run.rig.kind, run.direction) if part)
-    return f"{run.fabric.name}, {what}, {run.model.scale} ({numbers_of(run.parameters)})"
+    return f"{run.fabric.name}, {what}, {run.model.scale} ({parameter_set_text(run.parameters)})"
 
 
-def scatter(curves: Sequence[ReferenceCurve]) -> list[Band]:
+def scatter_bands(curves: Sequence[ReferenceCurve]) -> list[Band]:
     """Bands of the standard deviation of references."""
     return [Band(c.x, c.mean - c.sd, c.mean + c.sd, f"{c.kind}, ± sd") for c in curves if c.sd is not None]
 
@@ -259,7 +259,7 @@ def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Calla
     )  # fmt: skip
 
 
-def _made(kind: TestKind, part: str, protocol: type) -> Any:
+def _make_part(kind: TestKind, part: str, protocol: type) -> Any:
     """Instance of ``part`` of ``kind`` with defaults of its ``protocol``; raises :class:`InputError` if incomplete."""
     maker, made = kind.load(part), None
     missing = {*getattr(maker, "__abstractmethods__", ())}  # of one that inherits the protocol, which cannot be made
@@ -282,11 +282,11 @@ def _made(kind: TestKind, part: str, protocol: type) -> Any:
 
 
 # each takes runs of its own kind, which only their name tells
-TESTS: Mapping[str, Test[Any]] = Parts(lambda kind: _made(kind, "test", Test))
-REPORTS: Mapping[str, Report[Any]] = Parts(lambda kind: _made(kind, "report", Report))
+TESTS: Mapping[str, Test[Any]] = Parts(lambda kind: _make_part(kind, "test", Test))
+REPORTS: Mapping[str, Report[Any]] = Parts(lambda kind: _make_part(kind, "report", Report))
 
 
-def completed(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
+def with_estimates(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
     """Estimate what ``runs`` leave open; print the estimates unless ``quiet``."""
     found = [TESTS[run.rig.kind].completed(run) for run in runs]
     for _, text in found:
@@ -301,14 +301,14 @@ def run_stamp(run: Run, failures: Sequence[str]) -> Stamp:
     many = f"{run.variability.specimens} specimens" if run.variability.specimens > 1 else ""
     seed = f"seed {run.variability.seed}"
     facts = (
-        run.fabric.name, f"parameters {numbers_of(run.parameters)}", test, f"{run.model.scale} model",
+        run.fabric.name, f"parameters {parameter_set_text(run.parameters)}", test, f"{run.model.scale} model",
         f"preset {run.model.preset}", *size_of(run), many, seed,
     )  # fmt: skip
     verdict = f"rejected: {'; '.join(failures)}" if failures else "quality checks passed"
-    accepted = [one.stated for one in loosened(run)]
+    accepted = [one.text for one in relaxed_limits(run)]
     relaxed = f", with relaxed limits: {'; '.join(accepted)}" if accepted and run.accept_limits else ""
-    owners = borrowed(run.fabric)
-    assumed = [f"{field} of {owners[field]}" for field in deciding(run) if field in owners]
+    owners = borrowed_curves(run.fabric)
+    assumed = [f"{field} of {owners[field]}" for field in deciding_fields(run) if field in owners]
     assumed += assumed_friction(run)
     ending = f"; assumed: {', '.join(assumed)}" if assumed else ""
     return Stamp(facts, f"{verdict}{relaxed}{ending}", bad=bool(failures or relaxed))

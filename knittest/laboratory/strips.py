@@ -12,7 +12,7 @@ from knittest.base.history import Array, Body, Frame, History, Mesh, Specimen
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
 from knittest.fabric.topology import YarnDraws, draw
 from knittest.models.boundary import Readings
@@ -55,7 +55,7 @@ def pitch(run: Run, direction: Direction) -> float:
     return run.fabric.course_spacing if direction == "warp" else run.fabric.wale_spacing
 
 
-def cut(
+def cut_piece(
     run: Run,
     n_wales: int,
     n_courses: int,
@@ -82,7 +82,7 @@ def cut(
         slacks = ((s, d.slack) for s, d in draws.items())
         columns["loop_length_relative"] = [loop if s == "knit" else np.ones_like(slack) for s, slack in slacks]
     table = {name: np.concatenate(parts) for name, parts in columns.items()}
-    draws |= {s: _slack_as_wave(run, s, draws[s]) for s in AXIS}
+    draws |= {s: _add_slack_to_wave(run, s, draws[s]) for s in AXIS}
     mesh = run.model.meso
     amplitude = {
         s: wave_scale(cell, s, wave_elements(cell, s, mesh.elements_per_wave)) * draws[s].amplitude for s in AXIS
@@ -93,7 +93,7 @@ def cut(
     return YarnStrip(paths, draws, table)
 
 
-def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
+def _add_slack_to_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
     """Add slack of wavy yarns to their wave: a law without force makes a yarn a row of loose, rattling links."""
     crimp = run.fabric.reinforcing.crimp_fraction.of(system)
     if crimp <= 0.0:
@@ -102,7 +102,7 @@ def _slack_as_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
     return replace(draws, amplitude=draws.amplitude * wider, slack=np.zeros_like(draws.slack))
 
 
-def on_needles(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray[np.int64]:
+def needle_nodes(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray[np.int64]:
     """Nodes on needles: ends of each ``chain`` (n,), and crests of edge loops, ``beyond`` (n,) [mm] the sides."""
     change = chain[1:] != chain[:-1]
     ends = np.append(True, change) | np.append(change, True)
@@ -110,23 +110,23 @@ def on_needles(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray
     return np.flatnonzero(ends | (np.append(crest, False) & (beyond > 0.0)))
 
 
-def unevenness(height: float, seed: int, count: int) -> Array:
+def random_offsets(height: float, seed: int, count: int) -> Array:
     """Random offsets (count,) up to ``height`` [mm] either way, from which wrinkles start."""
     return np.random.default_rng(seed).uniform(-height, height, count)
 
 
-def centred(paths: Iterable[YarnPath], size: Array) -> list[YarnPath]:
+def centre_paths(paths: Iterable[YarnPath], size: Array) -> list[YarnPath]:
     """``paths`` of a piece of ``size`` (2,) [mm] along x and y, moved about the origin."""
     middle = 0.5 * np.append(size, 0.0)
     return [replace(path, points=path.points - middle) for path in paths]
 
 
-def along_and_across(direction: str, along: int, across: int) -> tuple[int, int]:
+def wale_course_counts(direction: str, along: int, across: int) -> tuple[int, int]:
     """Numbers of wales and courses of a strip with ``along`` and ``across`` pitches, cut along ``direction``."""
     return (across, along) if direction == "warp" else (along, across)
 
 
-def weights(fabric: Fabric, gravity: float, model: ExplicitModel, area: float) -> Array:
+def node_weights(fabric: Fabric, gravity: float, model: ExplicitModel, area: float) -> Array:
     """Weight of each node [N] under ``gravity`` [mm/ms^2], of the measured area mass on ``area`` [mm^2]."""
     given = fabric.area_mass_g_per_mm2 * area
     return model.mass * (given / model.mass.sum()) * gravity
@@ -138,7 +138,7 @@ DEPTH, AROUND = 0.06, 0.35
 STRIP_JAWS = ("fixed_jaw_mm", "moving_jaw_mm")
 
 
-def block(name: str, section: Array, sides: tuple[float, float], offset: Array, *, along: int = 1) -> Body:
+def make_block(name: str, section: Array, sides: tuple[float, float], offset: Array, *, along: int = 1) -> Body:
     """Block between ``sides`` [mm] with a convex ``section`` (k, 2) [mm] in the plane of axis ``along`` and z."""
     k = len(section)
     points = np.zeros((2 * k, 3))
@@ -154,10 +154,10 @@ def plate_block(name: str, centre: Array, lengths: Array, offset: Array) -> Body
     """A plate of ``lengths`` (3,) about ``centre`` (3,) [mm], moved by ``offset`` (n_frames, 3) [mm]."""
     low, high = centre - 0.5 * lengths, centre + 0.5 * lengths
     section = np.array([[low[1], low[2]], [high[1], low[2]], [high[1], high[2]], [low[1], high[2]]])
-    return block(name, section, (float(low[0]), float(high[0])), offset)
+    return make_block(name, section, (float(low[0]), float(high[0])), offset)
 
 
-def jaw(
+def make_jaw(
     name: str, history: History, axis: int, face: tuple[float, float], offset: Array, *, aside: float = AROUND
 ) -> Body:
     """Jaw beyond ``face``: its place along ``axis`` [mm] and direction; moved by ``offset``; ``aside`` its margin."""
@@ -178,12 +178,12 @@ def strip_jaws(specimen: Specimen, axis: int) -> list[Body]:
     moved = offsets(history, {axis: "displacement_mm"})
     still = np.zeros_like(moved)
     return [
-        jaw("fixed jaw", history, axis, (fixed, -1.0), still),
-        jaw("moving jaw", history, axis, (moving, 1.0), moved),
+        make_jaw("fixed jaw", history, axis, (fixed, -1.0), still),
+        make_jaw("moving jaw", history, axis, (moving, 1.0), moved),
     ]
 
 
-def creeping(speed: float, share: float, ramp_time: float, start: float, full: float) -> Table:
+def creep_speed(speed: float, share: float, ramp_time: float, start: float, full: float) -> Table:
     """Velocity [mm/ms] over time [ms]: 0 until ``start``, a ``share`` of ``speed``, all of it from ``full`` on."""
     slow, faster = ramp(ramp_time, share * speed), ramp(ramp_time, (1.0 - share) * speed)
     time = (0.0, *(start + t for t in slow.time), *(full + t for t in faster.time))
@@ -206,11 +206,11 @@ def offsets(history: History, columns: Mapping[int, str], way: float = 1.0) -> A
     """Motion (n_frames, 3) [mm] of a body that moves along axes by ``columns`` of the curve, times ``way``."""
     found = np.zeros((len(history.frames), 3))
     for axis, column in columns.items():
-        found[:, axis] = way * at_frames(history, column)
+        found[:, axis] = way * values_at_frames(history, column)
     return found
 
 
-def at_frames(history: History, column: str) -> Array:
+def values_at_frames(history: History, column: str) -> Array:
     """Values of a ``column`` of the curve at the times of the frames, (n_frames,), by the line between its rows."""
     times = [frame.time for frame in history.frames]
     return np.asarray(np.interp(times, history.curve["time_ms"], history.curve[column]))
@@ -244,7 +244,7 @@ def shell_angles(frame: Frame) -> Array:
 
 def crossing_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
     """Shear angle [rad] at each crossing, (n,), between both pitches there, signed as the frame's; its place [mm]."""
-    warp, weft = (pieces(mesh, frame, s) for s in ("warp", "weft"))
+    warp, weft = (pitch_vectors(mesh, frame, s) for s in ("warp", "weft"))
     across = weft[0].transpose(1, 0, 2)
     cosine = np.sum(warp[0] * across, axis=2)
     cosine /= np.linalg.norm(warp[0], axis=2) * np.linalg.norm(across, axis=2)
@@ -258,7 +258,7 @@ def material_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
     return crossing_angles(mesh, frame)
 
 
-def pieces(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:
+def pitch_vectors(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:
     """Direction and middle of each pitch of all yarns of a system, both (n_yarns, n_pitches, 3) [mm]."""
     parts = {s: np.unique(mesh.yarn[mesh.part == mesh.part_names.index(s)]) for s in ("warp", "weft")}
     pitches = len(parts["weft" if system == "warp" else "warp"])

@@ -17,12 +17,12 @@ from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
 from knittest.kernels.laws import hinge_table, hinge_tables
 from knittest.kernels.shell_state import Laminate
-from knittest.materials.shear import ShearCurve, shear_table, thin
+from knittest.materials.shear import ShearCurve, shear_table, thin_curve
 
 # Poisson coupling of a laminate's two directions, which leaves what strips of it do as it was.
 
 
-def coupled(card: Laminate, poisson: float, name: str = "poisson") -> Laminate:
+def with_poisson_coupling(card: Laminate, poisson: float, name: str = "poisson") -> Laminate:
     """``card`` whose weft contracts by ``poisson`` [-] times the strain of a warp that is pulled alone.
 
     The weft resists contraction as it does compression, C, so that the coupling is nu C_b / (1 - nu nu'), with
@@ -34,8 +34,8 @@ def coupled(card: Laminate, poisson: float, name: str = "poisson") -> Laminate:
     if poisson == 0.0:
         return card
     pushed, bending = card.compression + 2.0 * card.outer, 2.0 * card.outer * card.layer_offset**2
-    stiffer, coupling = _of_strips(pushed, poisson, name, "in compression")
-    more_bent, twist = _of_strips(bending, poisson, name, "in bending")
+    stiffer, coupling = _coupling_additions(pushed, poisson, name, "in compression")
+    more_bent, twist = _coupling_additions(bending, poisson, name, "in bending")
     outer = card.outer + more_bent / (2.0 * card.layer_offset**2)
     middle = stiffer - 2.0 * (outer - card.outer)
     slope = card.slope.copy()
@@ -48,7 +48,7 @@ def coupled(card: Laminate, poisson: float, name: str = "poisson") -> Laminate:
     return new
 
 
-def _of_strips(stiffness: Array, poisson: float, name: str, what: str) -> tuple[Array, float]:
+def _coupling_additions(stiffness: Array, poisson: float, name: str, what: str) -> tuple[Array, float]:
     """Additions (2,) to the stiffnesses (2,) of strips, and the coupling."""
     if not stiffness.any():  # a membrane does not bend
         return stiffness, 0.0
@@ -143,7 +143,7 @@ def laminate(
         fail_strain=fail,
         in_plane=np.array(macro.in_plane_bending_n_mm or (0.0, 0.0)),
     )
-    return coupled(card, macro.poisson.value, f"fabric {fabric.name}, macro.poisson")
+    return with_poisson_coupling(card, macro.poisson.value, f"fabric {fabric.name}, macro.poisson")
 
 
 def hourglass_of_shear(share: float, stretch: Array, shear: float) -> float:
@@ -153,23 +153,23 @@ def hourglass_of_shear(share: float, stretch: Array, shear: float) -> float:
     return min(HOURGLASS_SHEAR * shear, share * float(stretch.mean())) / 12.0
 
 
-def softened(card: Laminate, share: float) -> Laminate:
+def scale_membrane(card: Laminate, share: float) -> Laminate:
     """A share of the membrane stiffness at rest, in tension and compression, with the same bending.
 
     For tests that strain a fabric so little that no knee of its tension curve counts. Raises :class:`InputError` when
     less is left than bending needs.
     """
     rest = card.slope[:, 0] + 2.0 * card.outer
-    return _linear(card, share, rest, share * rest)
+    return _linear_laminate(card, share, rest, share * rest)
 
 
-def enough_for_bending(card: Laminate, share: float) -> float:
+def share_for_bending(card: Laminate, share: float) -> float:
     """``share`` of the membrane stiffness at rest, or where bending needs more, what is enough for it."""
     least = 2.0 * card.outer / (card.slope[:, 0] + 2.0 * card.outer)
-    return share if float(least.max()) < share else _enough(least)
+    return share if float(least.max()) < share else _sufficient_share(least)
 
 
-def softened_at_most(card: Laminate, share: float) -> Laminate:
+def limit_membrane(card: Laminate, share: float) -> Laminate:
     """A share of the largest tangent in tension, as of the axial stiffness of yarns, the compression as it is unless
     that is stiffer, and the same bending; shells break at the force at which they would.
 
@@ -179,21 +179,21 @@ def softened_at_most(card: Laminate, share: float) -> Laminate:
     strength = (card.slope * np.maximum(card.fail_strain[:, None] - card.knee, 0.0)).sum(axis=1)
     strength += 2.0 * card.outer * card.fail_strain
     compression = np.minimum(card.compression + 2.0 * card.outer, share * largest)
-    return _linear(card, share, largest, compression)._replace(fail_strain=strength / (share * largest))
+    return _linear_laminate(card, share, largest, compression)._replace(fail_strain=strength / (share * largest))
 
 
-def _enough(least: Array) -> float:
+def _sufficient_share(least: Array) -> float:
     """A share, of two digits, that is a fifth above the ``least`` of each layer (2,)."""
     return min(ceil(120.0 * float(least.max())) / 100.0, 1.0)
 
 
-def _linear(card: Laminate, share: float, tension: Array, compression: Array) -> Laminate:
+def _linear_laminate(card: Laminate, share: float, tension: Array, compression: Array) -> Laminate:
     """A laminate with ``share`` of ``tension`` and with ``compression`` [N/mm], (2,) each, of all layers."""
     slope = share * tension - 2.0 * card.outer
     if (slope <= 0.0).any():
         raise InputError(
             f"rig.membrane_share = {share:g}: leaves less membrane stiffness than bending needs; use --set "
-            f"rig.membrane_share={_enough(2.0 * card.outer / tension):g}"
+            f"rig.membrane_share={_sufficient_share(2.0 * card.outer / tension):g}"
         )
     return card._replace(
         knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer,
@@ -206,7 +206,7 @@ def _tension_points(
 ) -> tuple[Array, Array]:
     """Strain [-] and force per width [N/mm] from the origin to the fracture strain ``fail``."""
     strain, force = to_kernel(1.0, "%") * np.asarray(curve[0], float), np.asarray(curve[1], float)
-    where = f"fabric {fabric.name}, {_named(fabric, direction)}"
+    where = f"fabric {fabric.name}, {_curve_name(fabric, direction)}"
     limit = f"macro.fracture_strain.{direction} = {100 * fail:g} %"
     if strain.shape != force.shape or strain.size < 2 or not np.isfinite(np.append(strain, force)).all():
         raise InputError(f"{where}: expected at least two rows of finite strain and force")
@@ -218,20 +218,20 @@ def _tension_points(
         raise InputError(f"{where}: strain_pct does not rise after {100 * strain[back[0]]:g} %; expected rising rows")
     if strain[-1] < (1.0 - CURVE_MARGIN) * fail:
         raise InputError(f"{where}: the curve ends at {100 * strain[-1]:g} %; expected it to reach {limit}")
-    strain, force = _cut(strain, np.append(0.0, force[1:]), fail)
+    strain, force = _cut_curve(strain, np.append(0.0, force[1:]), fail)
     if (fall := np.flatnonzero(np.diff(force) <= 0.0)).size:
         raise InputError(
             f"{where}: the force does not rise after {100 * strain[fall[0]]:g} %; expected a rising curve up to {limit}"
         )
-    return thin(strain, force, CURVE_TOLERANCE * force[-1])
+    return thin_curve(strain, force, CURVE_TOLERANCE * force[-1])
 
 
-def _named(fabric: Fabric, direction: Direction) -> str:
+def _curve_name(fabric: Fabric, direction: Direction) -> str:
     given = fabric.macro.tension[direction]
     return f"macro.tension.{direction} ({given if isinstance(given, str) else 'points'})"
 
 
-def _cut(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
+def _cut_curve(strain: Array, force: Array, end: float) -> tuple[Array, Array]:
     """The curve up to the strain ``end``, or all of it when it ends before."""
     if strain[-1] <= end:
         return strain, force
@@ -247,7 +247,7 @@ def _layer_offset(fabric: Fabric, bending: Array, tangents: list[Array]) -> floa
         worst = int(np.argmax(needed))
         d, soft = DIRECTIONS[worst], float(tangents[worst].min()) * to_kernel(1.0, "%")
         raise InputError(
-            f"fabric {fabric.name}, {_named(fabric, d)}: smallest tangent {soft:.3g} N/mm "
+            f"fabric {fabric.name}, {_curve_name(fabric, d)}: smallest tangent {soft:.3g} N/mm "
             f"per % of strain, too soft for macro.bending_stiffness.{d} = {bending[worst]:g} N mm; expected a curve "
             "without a force-free start"
         )

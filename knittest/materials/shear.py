@@ -11,7 +11,7 @@ from knittest.kernels.laws import hinge_table
 from knittest.materials.trellis import ANGLE, DEFINITIONS, Definition, to_conjugate
 
 
-def thin(x: Array, y: Array, tolerance: float) -> tuple[Array, Array]:
+def thin_curve(x: Array, y: Array, tolerance: float) -> tuple[Array, Array]:
     """Points of y(x), (n,) each, whose chords stay within ``tolerance`` of all (Douglas & Peucker, 1973)."""
     keep = {0, len(x) - 1}
     spans = [(0, len(x) - 1)]
@@ -117,10 +117,10 @@ def _envelope(fabric: Fabric, curve: ShearCurve | None) -> tuple[Array, Array]:
         degrees, force = curve.x, curve.mean
     if degrees[0] > 0.0:
         degrees, force = np.append(0.0, degrees), np.append(0.0, force)
-    return _checked(where, degrees, to_conjugate(force, np.deg2rad(degrees), definition))
+    return _check_curve(where, degrees, to_conjugate(force, np.deg2rad(degrees), definition))
 
 
-def _checked(where: str, degrees: Array, force: Array) -> tuple[Array, Array]:
+def _check_curve(where: str, degrees: Array, force: Array) -> tuple[Array, Array]:
     peak = float(force.max())
     if degrees[0] != 0.0 or abs(force[0]) > NOISE * peak:
         raise InputError(f"{where}: starts at {degrees[0]:g} deg, {force[0]:g} N/mm; expected 0 deg, 0 N/mm")
@@ -136,4 +136,4 @@ def _checked(where: str, degrees: Array, force: Array) -> tuple[Array, Array]:
         )
     if not level[1] > 0.0:
         raise InputError(f"{where}: no force at {degrees[1]:g} deg; expected one that rises from 0")
-    return thin(np.deg2rad(degrees), level, TOLERANCE * peak)
+    return thin_curve(np.deg2rad(degrees), level, TOLERANCE * peak)

@@ -165,14 +165,14 @@ def sections(fabric: Fabric, axial_share: float = 1.0) -> tuple[Section, ...]:
     """Sections of warp, weft and knitting yarn with a share of their axial and shear stiffness."""
     reinforcing = fabric.reinforcing
     cards = (
-        _elliptic(section(reinforcing, reinforcing.bending_stiffness_n_mm2.warp), reinforcing, "warp"),
-        _elliptic(section(reinforcing, reinforcing.bending_stiffness_n_mm2.weft), reinforcing, "weft"),
+        _with_ellipse(section(reinforcing, reinforcing.bending_stiffness_n_mm2.warp), reinforcing, "warp"),
+        _with_ellipse(section(reinforcing, reinforcing.bending_stiffness_n_mm2.weft), reinforcing, "weft"),
         section(fabric.knitting, fabric.knitting.bending_stiffness_n_mm2),
     )
-    return tuple(_softened(card, axial_share) for card in cards)
+    return tuple(_scale_stiffness(card, axial_share) for card in cards)
 
 
-def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
+def _with_ellipse(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
     if yarn.section is None:
         return card
     width, height = yarn.section_mm(direction)
@@ -181,7 +181,7 @@ def _elliptic(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
     return replace(card, radius=0.5 * height, half_width=0.5 * width, lateral=lateral)
 
 
-def _softened(card: Section, share: float) -> Section:
+def _scale_stiffness(card: Section, share: float) -> Section:
     """``card`` with a ``share`` of its stiffness: each force at 1 / share of the strain."""
     return replace(
         card, axial=share * card.axial, shear=share * card.shear, hinge_strain=card.hinge_strain / share,
@@ -281,7 +281,7 @@ def fabric_patch(fabric: Fabric) -> Patch | None:
     """Patch of the crossings of a fabric by yarn system; None where none is given."""
     card = fabric.contact.patch
     if card is not None and card.compaction is not None:
-        return _compacted(fabric, card.compaction)
+        return _compaction_patch(fabric, card.compaction)
     if card is not None and card.radius is not None:
         loops = np.array([system == "knit" for system in SYSTEMS])
         kinds = np.array([card.radius.inlay_inlay_mm, card.radius.inlay_loop_mm, card.radius.loop_loop_mm])
@@ -290,7 +290,7 @@ def fabric_patch(fabric: Fabric) -> Patch | None:
     return None
 
 
-def _compacted(fabric: Fabric, law: LateralCompaction) -> Patch:
+def _compaction_patch(fabric: Fabric, law: LateralCompaction) -> Patch:
     """Patches that grow by ``law``, no wider than the yarns, and by then pressed evenly."""
     exponent, share, yarns = law.exponent, lever_share(law.exponent), [_flank(fabric, law, s) for s in SYSTEMS]
     grown = [

@@ -15,19 +15,19 @@ from knittest.kernels.tool_contact import FREE, HELD, n_blocks
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.inputs import (
-    above,
-    finite,
-    in_elements,
-    independent,
+    check_independent,
+    check_nodes_used,
+    check_prescribed_once,
+    finite_array,
     names_among,
     node_numbers,
-    once_each,
+    number_above,
     orthonormal,
 )
 from knittest.models.tool import Table, Tool, constant, tool_arrays
 
 
-def in_runs(start: Index, node: Index, dof: Index, table: Index, guides: Index, value: Array) -> Loads:
+def group_loads(start: Index, node: Index, dof: Index, table: Index, guides: Index, value: Array) -> Loads:
     """Loads (n,), sorted by partition, dof, table and node, in runs of neighbouring nodes.
 
     ``start`` (PARTITIONS + 1,) first load of each partition. A table either loads or ``guides``.
@@ -70,7 +70,7 @@ class Boundary:
 
     def table(self, table: Table) -> int:
         """Number of a table, for :class:`Tool`."""
-        self._open("a table")
+        self._check_not_started("a table")
         if not isinstance(table, Table):
             raise InputError(f"table: expected a Table, such as constant({table!r:.40}), got {type(table).__name__}")
         self.tables.append(table)
@@ -92,7 +92,7 @@ class Boundary:
         motion; it may be held twice, as at corners of symmetry planes, where the first hold counts the reaction.
         """
         node, names = self._nodes_and_dofs("a motion", nodes, dofs)
-        share = _one_each(scale, "scale of a motion", node)
+        share = _one_per_node(scale, "scale of a motion", node)
         number, frame = 0 if table is None else self.table(table), 0
         if axes is not None:
             self._axes.append(orthonormal(axes))
@@ -131,8 +131,8 @@ class Boundary:
         node, names = self._nodes_and_dofs("a load", nodes, dof)
         if len(names) != 1:
             raise InputError(f"load: expected one degree of freedom, got {len(names)}; call load once for each")
-        size = _one_each(value, "value of a load", node)
-        in_elements(node[np.broadcast_to(size, node.shape) != 0.0], self.model.mesh.cells)
+        size = _one_per_node(value, "value of a load", node)
+        check_nodes_used(node[np.broadcast_to(size, node.shape) != 0.0], self.model.mesh.cells)
         _add_rows(self._loads, node, DOFS[names[0]], self.table(table or constant(1.0)), 0, size)
 
     def guide(self, nodes: ArrayLike, dof: str, velocity: Table, scale: ArrayLike = 1.0) -> None:
@@ -143,15 +143,15 @@ class Boundary:
         Without a guide the motion of a rig reaches the specimen as a wave, and damping drags on it. The guide does no
         work on a specimen that moves with a constant u.
         """
-        self._open("a guide")
+        self._check_not_started("a guide")
         node = node_numbers(nodes, self.model.n_nodes)
         names = names_among(dof, ALL[:3], "axis")
-        momentum = self.model.mass[node] * _one_each(scale, "scale of a guide", node)
+        momentum = self.model.mass[node] * _one_per_node(scale, "scale of a guide", node)
         _add_rows(self._loads, node, DOFS[names[0]], self.table(velocity), 1, momentum)
 
     def _nodes_and_dofs(self, what: str, nodes: ArrayLike, dofs: str | Sequence[str]) -> tuple[Index, list[str]]:
         """Checked nodes and degrees of freedom, at least one of each: a selection may have found none."""
-        self._open(what)
+        self._check_not_started(what)
         node = node_numbers(nodes, self.model.n_nodes)
         names = names_among(dofs, ALL, "degree of freedom")
         if not node.size or not names:
@@ -159,26 +159,26 @@ class Boundary:
             raise InputError(f"{missing}: expected at least one, got none")
         return node, names
 
-    def still_moving(self) -> list[str]:
+    def unfinished_motions(self) -> list[str]:
         """Motions, as move numbered them, and tools whose tables do not end at rest."""
         last = np.array([table.value[-1] for table in self.tables])
         groups = {int(g) for _, _, t, s, group, _ in self._motions for g in group[(s * last[t.astype(int)]) != 0.0]}
         moved = [n for n, tool in enumerate(self.tools) if any(m >= 0 and last[m] != 0.0 for m in tool.motion)]
         return [f"motion {number}" for number in sorted(groups)] + [f"tool {number}" for number in moved]
 
-    def _open(self, what: str) -> None:
+    def _check_not_started(self, what: str) -> None:
         if self._driven:
             raise InputError(f"{what} was added after the start and would have no effect; add it before the first step")
 
     def gravity(self, weight: Array, direction: ArrayLike = (0.0, 0.0, -1.0), table: Table | None = None) -> None:
         """Weight [N] of each node, (n_nodes,), along ``direction``."""
-        for dof, share in zip("xyz", finite(direction, "direction of gravity", (3,)), strict=True):
+        for dof, share in zip("xyz", finite_array(direction, "direction of gravity", (3,)), strict=True):
             if share != 0.0:
                 self.load(np.arange(self.model.n_nodes), dof, share * weight, table)
 
     def add_tool(self, tool: Tool) -> int:
         """Add a rigid tool; returns its number."""
-        self._open("a tool")
+        self._check_not_started("a tool")
         if self.model.flattens:
             raise InputError(
                 "tool: rigid tools do not flatten yarn sections; remove fabric.reinforcing.section.flattening, or use "
@@ -199,8 +199,8 @@ class Boundary:
         """Let tool ``number`` of ``mass`` [g] move along ``axes`` (x, y, z) under what it touches, ``force`` [N] along
         each and a ``drag`` [1/ms] in proportion to its momentum.
         """
-        above(mass, "mass of a free tool [g]")
-        above(drag, "drag of a free tool [1/ms]", equal=True)
+        number_above(mass, "mass of a free tool [g]")
+        number_above(drag, "drag of a free tool [1/ms]", equal=True)
         tool, names = self._tool(number), names_among(axes, ALL[:3], "axis")
         if FREE in tool.motion and (tool.mass, tool.drag) != (mass, drag):
             raise InputError(f"tool {number} is already free with another mass or drag; give a tool one of each")
@@ -212,7 +212,7 @@ class Boundary:
 
     def _move_along(self, tool: Tool, axes: list[str], number: int, motion: int) -> None:
         """Give ``tool`` its ``motion`` along ``axes``, each of which may have one."""
-        self._open("a motion of a tool")
+        self._check_not_started("a motion of a tool")
         for axis in axes:
             if tool.motion[DOFS[axis]] != HELD:
                 raise InputError(f"tool {number} is already moved or free along {axis}; give each axis one motion")
@@ -232,22 +232,26 @@ class Boundary:
         for k, table in enumerate(self.tables):
             time[k, : knots[k]], value[k, : knots[k]] = table.time, table.value
         motions = self._motion_arrays()
-        loads = in_runs(*self._sorted(self._loads, (np.int64, np.int64, np.int64, np.int64, np.float64), runs=True))
+        loads = group_loads(
+            *self._sort_by_partition(self._loads, (np.int64, np.int64, np.int64, np.int64, np.float64), runs=True)
+        )
         tables = Tables(knots, time, value, np.zeros((2, len(self.tables))))
-        return Drive(tables, motions, loads, tool_arrays(self.tools), self._touch())
+        return Drive(tables, motions, loads, tool_arrays(self.tools), self._contact_state())
 
     def _motion_arrays(self) -> Motions:
         """Motions as the kernel takes them; raises :class:`InputError` for axes that one node cannot have together."""
         kinds = (np.int64, np.int64, np.int64, np.float64, np.int64, np.int64)
-        start, node, dof, table, scale, group, row = self._sorted(self._motions, kinds)
+        start, node, dof, table, scale, group, row = self._sort_by_partition(self._motions, kinds)
         axis = np.concatenate(self._axes)[row]
         still = (scale == 0.0) | np.array([not any(one.value) for one in self.tables])[table]
         fixed = dof < ALONG
-        once_each(node[fixed], dof[fixed], still[fixed], group[fixed], ALL)
-        independent(node, np.isin(dof, (3, 4, 5, ABOUT)), axis, dof >= ALONG)
+        check_prescribed_once(node[fixed], dof[fixed], still[fixed], group[fixed], ALL)
+        check_independent(node, np.isin(dof, (3, 4, 5, ABOUT)), axis, dof >= ALONG)
         return Motions(start, node, dof, table, scale, group, axis)
 
-    def _sorted(self, groups: list[tuple[Array, ...]], kinds: tuple[type, ...], runs: bool = False) -> list[NDArray]:
+    def _sort_by_partition(
+        self, groups: list[tuple[Array, ...]], kinds: tuple[type, ...], runs: bool = False
+    ) -> list[NDArray]:
         """Starts of the partitions, then columns (node, dof, table, ...) sorted by partition, node, dof or, for
         ``runs``, by partition, dof, table, node.
         """
@@ -260,7 +264,7 @@ class Boundary:
         start = np.searchsorted(owner[order], np.arange(PARTITIONS + 1))
         return [start, *(np.ascontiguousarray(c[order]) for c in columns)]
 
-    def _touch(self) -> ToolContactState:
+    def _contact_state(self) -> ToolContactState:
         n, n_tools = self.model.n_nodes, len(self.tools)
         mass = np.where(self.model.mass > 0.0, self.model.mass, 0.0)
         stiffness = TOOL_STIFFNESS * mass / self.dt**2
@@ -276,9 +280,9 @@ def _add_rows(groups: list[tuple[Array, ...]], *columns: ArrayLike) -> None:
     groups.append(tuple(np.array(c) for c in np.broadcast_arrays(*columns)))
 
 
-def _one_each(values: ArrayLike, name: str, node: Index) -> Array:
+def _one_per_node(values: ArrayLike, name: str, node: Index) -> Array:
     """Finite ``values``, one for all or one a node."""
-    array = finite(values, name)
+    array = finite_array(values, name)
     if array.shape not in ((), (1,), node.shape):
         raise InputError(f"{name}: {array.shape} numbers for {len(node)} nodes; expected one number, or one per node")
     return array

@@ -9,17 +9,17 @@ import numpy as np
 from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.base.history import Mesh
-from knittest.base.units import rounded_down
+from knittest.base.units import round_down
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
-from knittest.kernels.flatten import TINY
+from knittest.kernels.flattening import TINY
 from knittest.kernels.laws import hinge_tables
 from knittest.kernels.state import Beams, ContactLaw
 from knittest.materials.yarn_section import Section
 from knittest.models.contact_tracker import YarnContactGroup
 from knittest.models.explicit_model import make_nodes, make_partitions
-from knittest.models.inputs import across_chain
+from knittest.models.inputs import chain_normals
 from knittest.models.natural_state import natural_normal, natural_state, shapes_at_rest
-from knittest.models.yarn_health import YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 
 
@@ -64,24 +64,24 @@ class Layout:
         self.chord = np.diff(self.position, axis=0, append=self.position[-1:] + 1.0)
         self.joined = np.append(self.chain[1:] == self.chain[:-1], False)
         self.length = np.where(self.joined, np.linalg.norm(self.chord, axis=1), 1.0)
-        self.rest = self.length * (1.0 - np.where(self.joined, self.of_elements("draw_in"), 0.0))
+        self.rest = self.length * (1.0 - np.where(self.joined, self.element_field("draw_in"), 0.0))
 
-    def inner(self) -> Flags:
+    def inner_node_flags(self) -> Flags:
         """Nodes that are not the end of a chain."""
         inner = np.full(len(self.chain), True)
         inner[self.start[:-1]] = inner[self.start[1:] - 1] = False
         return inner
 
-    def near_ends(self, count: int) -> Flags:
+    def chain_end_flags(self, count: int) -> Flags:
         """Pieces among the ``count`` first or last of their chain."""
         place, stop = np.arange(len(self.chain)), self.start[1:][self.chain] - 1
         return (place - self.start[:-1][self.chain] <= count) | (stop - place <= count) if count else place < 0
 
-    def of_card(self, name: str) -> Array:
+    def section_constant(self, name: str) -> Array:
         """A constant of each node's section."""
         return np.array([getattr(c, name) for c in self.cards])[self.section]
 
-    def of_elements(self, name: str) -> Array:
+    def element_field(self, name: str) -> Array:
         """A field of the chains that may be one number or one an element, on all nodes."""
         given = ((np.asarray(getattr(c, name), float), len(c.points) - 1) for c in self.chains)
         return np.concatenate([np.append(np.broadcast_to(values, count), np.inf) for values, count in given])
@@ -92,7 +92,7 @@ class Layout:
         for number, chain in enumerate(self.chains):
             rows.append(np.full((len(chain.points), 3), np.nan))
             if chain.section.across is not None or chain.section.half_width is not None:
-                rows[-1][:-1] = across_chain(chain.points, chain.normal, number)
+                rows[-1][:-1] = chain_normals(chain.points, chain.normal, number)
         return np.concatenate(rows)
 
     def mean_length(self, card: int) -> float:
@@ -112,7 +112,7 @@ def contact_group(
 
     ``torsional`` [N mm/rad] is the resistance of crossings to spin; without ``contact`` nothing acts.
     """
-    radius, wide = lay.of_card("radius"), lay.of_card("wide")
+    radius, wide = lay.section_constant("radius"), lay.section_constant("wide")
     before = np.concatenate([[False], lay.joined[:-1]])
     is_piece = lay.joined & before
     half_piece = np.zeros(len(radius))
@@ -127,7 +127,8 @@ def contact_group(
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain,
-        lay.near_ends(0 if contact is None else contact.cut), node_cut, law, part, levers, wide, *_heights(lay, normal),
+        lay.chain_end_flags(0 if contact is None else contact.cut),
+        node_cut, law, part, levers, wide, *_heights(lay, normal),
         _shapes(lay, contact), pressed=contact is not None and contact.pressed,
     )  # fmt: skip
 
@@ -136,21 +137,21 @@ def _heights(lay: Layout, normal: Array) -> tuple[Array, Array, Array, Array]:
     """Heights (3, n) of the sections at the nodes before they turn and now, squares of the half width and what that of
     the half height is more (n,) [mm^2]; empty if all sections are round.
     """
-    radius, wide = lay.of_card("radius"), lay.of_card("wide")
-    if (wide == radius).all() and not lay.of_card("squeezable").any():
+    radius, wide = lay.section_constant("radius"), lay.section_constant("wide")
+    if (wide == radius).all() and not lay.section_constant("squeezable").any():
         return np.zeros((3, 0)), np.zeros((3, 0)), np.zeros(0), np.zeros(0)
     of_elements = np.where(lay.joined[:, None], normal, 0.0)
     height = of_elements + np.roll(of_elements, 1, axis=0)
     height /= np.maximum(np.linalg.norm(height, axis=1, keepdims=True), 1e-12)
     excess = radius**2 - wide**2
-    excess[(excess == 0.0) & (lay.of_card("squeezable") > 0.0)] = -TINY
+    excess[(excess == 0.0) & (lay.section_constant("squeezable") > 0.0)] = -TINY
     return height.T.copy(), height.T.copy(), wide**2, excess
 
 
 def _shapes(lay: Layout, contact: YarnContact | None) -> Array:
     half = np.where(lay.joined, 0.5 * lay.rest, 0.0)
     length = half + np.concatenate([[0.0], half[:-1]])
-    high, wide, stiff, exponent = (lay.of_card(name) for name in ("radius", "wide", "squeezable", "exponent"))
+    high, wide, stiff, exponent = (lay.section_constant(name) for name in ("radius", "wide", "squeezable", "exponent"))
     stiffest = 0.0 if contact is None else contact.stiffest(float(high.min()))
     return shapes_at_rest(high, wide, stiff, exponent, length, stiffest)
 
@@ -204,7 +205,7 @@ class MassScaling:
 def lump(lay: Layout) -> tuple[Array, Array]:
     """Nodal mass [g] and rotary inertia [g mm^2]."""
     stretch = np.array([c.stretch for c in lay.chains])[lay.chain]
-    half = np.where(lay.joined, 0.5 * lay.of_card("linear_density") * lay.length * stretch, 0.0)
+    half = np.where(lay.joined, 0.5 * lay.section_constant("linear_density") * lay.length * stretch, 0.0)
     mass = half.copy()
     mass[1:] += half[:-1]
     spread = np.empty(len(half))
@@ -218,14 +219,14 @@ def lump(lay: Layout) -> tuple[Array, Array]:
 
 def _loads(lay: Layout, mass: Array, inertia: Array, contact: YarnContact | None) -> Array:
     """Largest stiffness [N/mm] that each node feels, see :func:`nodal_loads`."""
-    share = np.where(lay.inner(), CONTACT_STEP_SHARE, END_STEP_SHARE)
-    radius, wide = lay.of_card("radius"), lay.of_card("wide")
+    share = np.where(lay.inner_node_flags(), CONTACT_STEP_SHARE, END_STEP_SHARE)
+    radius, wide = lay.section_constant("radius"), lay.section_constant("wide")
     turns = mass / inertia
     # a force along the normal of an ellipse turns it by its shift, at most the difference of its half axes
     touch = contact.stiffest(float(radius.min())) * (1.0 + (wide - radius) ** 2 * turns) if contact else 0.0
     # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
     stick = contact.tangential * (1.0 + wide**2 * turns) if contact else np.zeros(len(mass))
-    axial, shear = (lay.of_card(name) / lay.rest for name in ("axial", "shear"))
+    axial, shear = (lay.section_constant(name) / lay.rest for name in ("axial", "shear"))
     return nodal_loads(lay.chord, lay.joined, axial, shear, share * np.maximum(touch, stick), share * stick)
 
 
@@ -238,10 +239,10 @@ def scale_mass(
     That of the nodes within the chains, for which ends in contact are made heavy enough, or the target of ``scaling``.
     """
     load = _loads(lay, mass, inertia, contact)
-    inner = lay.inner() if contact is not None and lay.inner().any() else np.full(len(mass), True)
+    inner = lay.inner_node_flags() if contact is not None and lay.inner_node_flags().any() else np.full(len(mass), True)
     torsional = 0.0 if contact is None else contact.torsional(_bearable(load, mass, inertia, inner, scaling))
     # the largest frequencies of two sets of springs, squared, are no more than those of both together
-    load = load + np.where(lay.inner(), CONTACT_STEP_SHARE, END_STEP_SHARE) * torsional * mass / inertia
+    load = load + np.where(lay.inner_node_flags(), CONTACT_STEP_SHARE, END_STEP_SHARE) * torsional * mass / inertia
     steps = 2.0 * np.sqrt(mass / load)
     step = float(steps[inner].min()) if scaling is None else scaling.step
     scaled = np.maximum(mass, 0.25 * step**2 * load)
@@ -251,7 +252,7 @@ def scale_mass(
         raise InputError(
             f"solver.target_step adds {100 * added:.1f} % mass, more than solver.max_added_mass = "
             f"{100 * scaling.most:g} %; the unscaled critical step is {1e3 * steps[inner].min():.4f} us; "
-            f"solver.target_step={rounded_down(longest):g} would pass"
+            f"solver.target_step={round_down(longest):g} would pass"
         )
     return step, scaled, inertia * scaled / mass, added, torsional
 
@@ -291,10 +292,10 @@ def build_chains(
     part = np.array([c.part for c in chains], np.int64)[lay.chain]
     mesh = Mesh(
         "beams", np.column_stack([cells, cells + 1]), part[cells], part_names, lay.chain[cells],
-        lay.of_card("radius")[cells],
+        lay.section_constant("radius")[cells],
     )  # fmt: skip
     parts = make_partitions(lay.start, number)
-    rotation, tangent = natural_state(lay.start, lay.chord, lay.of_elements("degree_of_set"))
+    rotation, tangent = natural_state(lay.start, lay.chord, lay.element_field("degree_of_set"))
     normal = natural_normal(rotation, lay.normals())
     nodes = make_nodes(lay.position, mass, inertia)
     nodes.rotation[:, :-1] = rotation.T
@@ -303,16 +304,16 @@ def build_chains(
         wave_speed(lay.cards[0].axial, lay.cards[0].linear_density), _beams(lay, tangent, normal), cells,
         np.array([part for _, part in used]), contact_group(lay, mass, parts.node, contact, torsional, part, normal),
         contact is not None,
-        bool((lay.of_elements("degree_of_set")[lay.joined] < 1.0).any() or (lay.rest < lay.length).any()),
+        bool((lay.element_field("degree_of_set")[lay.joined] < 1.0).any() or (lay.rest < lay.length).any()),
     )  # fmt: skip
 
 
 def _beams(lay: Layout, tangent: Array, normal: Array) -> Beams:
     knees, slopes = hinge_tables([(card.hinge_strain, card.hinge_slope) for card in lay.cards])
     stiffness = np.array([[c.compression, c.shear, c.torsion, c.bending] for c in lay.cards])
-    slack = np.where(lay.joined, lay.of_elements("slack"), 0.0)
+    slack = np.where(lay.joined, lay.element_field("slack"), 0.0)
     return Beams(
-        tangent.T.copy(), 1.0 / lay.rest, lay.joined.astype(float), lay.of_elements("fail_strain"), slack,
+        tangent.T.copy(), 1.0 / lay.rest, lay.joined.astype(float), lay.element_field("fail_strain"), slack,
         np.where(lay.joined, np.inf, np.nan), stiffness, knees, slopes, np.array([c.excess for c in lay.cards]),
         normal.T.copy(),
     )  # fmt: skip

@@ -10,12 +10,12 @@ from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import OVERLAP_COUNTS, Overlaps
 from knittest.kernels import search
-from knittest.kernels.along import MOST, Pieces, flag_other_kinds, mark_found, mark_tracked
+from knittest.kernels.line_contact import MOST, Pieces, flag_other_kinds, mark_found, mark_tracked
 from knittest.kernels.pair_search import Cells, find_pairs
 from knittest.kernels.section_blocks import COLUMNS, mark_ellipses, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw, Contacts, Images, Nodes
 from knittest.kernels.vec import PARTITIONS
-from knittest.models.explicit_model import State, arrays_of, entry, put_back
+from knittest.models.explicit_model import State, arrays_of, checked_array, put_back
 from knittest.models.image_contacts import masters, share_states
 
 #: fields of :class:`Contacts` that belong to nodes, those of them that change where sections flatten, all others
@@ -39,7 +39,7 @@ RECOVERY, PORTION = 0.02, 0.02
 PORTION_OF_CELLS = 0.002
 
 
-def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
+def _empty_contacts(capacity: int, group: "YarnContactGroup") -> Contacts:
     elliptic = capacity if group.square.size else 0
     shift, other = (np.zeros((3, elliptic)) for _ in range(2))
     pair, triple = (np.zeros((2, capacity)), [np.zeros((3, capacity)) for _ in range(5)])
@@ -52,12 +52,12 @@ def _empty(capacity: int, group: "YarnContactGroup") -> Contacts:
     )  # fmt: skip
 
 
-def _room(capacity: int) -> tuple[Index, Array]:
+def _pair_storage(capacity: int) -> tuple[Index, Array]:
     """Work space for the pairs of every share of the pieces."""
     return np.zeros((PARTITIONS, capacity, 2), np.int64), np.zeros((PARTITIONS, capacity, COLUMNS))
 
 
-def _used(contacts: Contacts, count: int) -> Contacts:
+def _used_contacts(contacts: Contacts, count: int) -> Contacts:
     columns = {name: getattr(contacts, name)[..., :count] for name in Contacts._fields}
     whole = {name: getattr(contacts, name) for name in (*OF_NODES, "half_start")}
     return Contacts(**columns | whole | {"half": contacts.half[: 2 * count]})
@@ -105,8 +105,8 @@ class ContactTracker:
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
         n = group.radius.size
         self.nodes, self.alive, self.group, self.name_of = nodes, alive, group, name_of
-        self.contacts, self._spare, self.count = _empty(64, group), _empty(64, group), 0
-        self._room = _room(64)
+        self.contacts, self._spare, self.count = _empty_contacts(64, group), _empty_contacts(64, group), 0
+        self._room = _pair_storage(64)
         self._order = np.zeros(n, np.int64)
         self._since = np.full((3, n), np.inf)
         self._moved = np.zeros(n, np.bool_)
@@ -183,7 +183,7 @@ class ContactTracker:
         hidden = self.touch() - np.maximum(self.contacts.reach[:n], gap)
         return np.maximum(hidden, 0.0) / self.group.radius[self.contacts.piece[:, :n]].min(axis=0)
 
-    def at_ends(self) -> Flags:
+    def end_flags(self) -> Flags:
         """Flags of the contacts in use, (count,), with a piece near the end of its yarn."""
         first, second = self.contacts.piece[:, : self.count]
         return self.group.cut[first] | self.group.cut[second]
@@ -219,26 +219,29 @@ class ContactTracker:
     def state(self) -> State:
         """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
-        return arrays_of("contacts", _used(self.contacts, self.count), OF_CONTACTS) | {
+        return arrays_of("contacts", _used_contacts(self.contacts, self.count), OF_CONTACTS) | {
             "since": self._since.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
             "recovering": np.array(self.recovering),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
     def restore(self, state: State) -> None:
         """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
-        self.count, capacity, spare, self.searches = (int(v) for v in entry(state, "counts", (4,)))
+        self.count, capacity, spare, self.searches = (int(v) for v in checked_array(state, "counts", (4,)))
         # the spare list holds nothing between two searches; its size only says when it must grow
-        self.contacts, self._spare = _empty(capacity, self.group), _empty(spare, self.group)
-        put_back(state, "contacts", _used(self.contacts, self.count), OF_CONTACTS)
+        self.contacts, self._spare = _empty_contacts(capacity, self.group), _empty_contacts(spare, self.group)
+        put_back(state, "contacts", _used_contacts(self.contacts, self.count), OF_CONTACTS)
         if self.group.shape.size:
             for name in SHAPES:
                 array = getattr(self.group, name)
-                array[:] = entry(state, name, array.shape)
+                array[:] = checked_array(state, name, array.shape)
         if self.group.excess.size:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
-        self._since[:] = entry(state, "since", self._since.shape)
-        self._along[:] = entry(state, "along", self._along.shape)
-        self.speed, self.recovering = float(entry(state, "speed", ())), int(entry(state, "recovering", ()))
+        self._since[:] = checked_array(state, "since", self._since.shape)
+        self._along[:] = checked_array(state, "along", self._along.shape)
+        self.speed, self.recovering = (
+            float(checked_array(state, "speed", ())),
+            int(checked_array(state, "recovering", ())),
+        )
 
     def _find_contacts(self) -> None:
         """Search around the moved pieces and renew the list; it grows when it overflows.
@@ -271,7 +274,7 @@ class ContactTracker:
         if group.excess.size:
             place_ellipses(*pairs, position, self.contacts, self.alive, CONTACT_SKIN)
         if self._spare.reach.size < self.count:
-            self._spare = _empty(self.contacts.reach.size, group)
+            self._spare = _empty_contacts(self.contacts.reach.size, group)
         while True:
             needed = search.find_contacts(
                 position, *pairs, group.radius, group.part, group.levers, pieces, self.alive, moved, CONTACT_SKIN,
@@ -279,7 +282,7 @@ class ContactTracker:
             )  # fmt: skip
             if needed <= self._spare.reach.size:
                 break
-            self._spare = _empty(needed + needed // 4, group)
+            self._spare = _empty_contacts(needed + needed // 4, group)
         self.contacts, self._spare, self.count = self._spare, self.contacts, needed
         if group.owned is not None and group.images is not None:
             self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
@@ -318,4 +321,4 @@ class ContactTracker:
             find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:
                 return *self._room, found
-            self._room = _room(most + most // 4)
+            self._room = _pair_storage(most + most // 4)

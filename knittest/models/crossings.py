@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from knittest.base.arrays import Array, Flags, Index
-from knittest.base.history import Rest
+from knittest.base.history import InitialEquilibrium
 from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG, spline_weights
 from knittest.kernels.monitor import axial_state
 from knittest.models.explicit_model import ExplicitModel
@@ -107,7 +107,7 @@ def half_heights(model: YarnModel) -> Array:
 # point there.
 
 #: cosine of the angle between yarns from which on they lie side by side: legs that touch along a length wrap nothing
-BESIDE = 0.9
+PARALLEL_COSINE = 0.9
 
 
 class Curve(NamedTuple):
@@ -124,7 +124,7 @@ def cosine(first: Curve, second: Curve) -> Array:
     return np.abs(np.sum(first.along * second.along, axis=0)) / size
 
 
-def wrap(first: Curve, second: Curve) -> Array:
+def wrap_ratio(first: Curve, second: Curve) -> Array:
     """Determinant (n,) [-] of the second derivatives of half the squared distance of two curves, over both tangents
     squared, at their closest points: with w from the second to the first, tangents u, v and second derivatives a, b
 
@@ -139,8 +139,9 @@ def wrap(first: Curve, second: Curve) -> Array:
     return bent * other - cosine(first, second) ** 2
 
 
-def least_wrap(model: YarnModel, part: str, among: Flags) -> float:
-    """Least :func:`wrap` of yarns of one ``part`` where they cross each other, touching or about to (by the skin of the
+def least_wrap_ratio(model: YarnModel, part: str, among: Flags) -> float:
+    """Least :func:`wrap_ratio` of yarns of one ``part`` where they cross each other, touching or about to (by the
+    skin of the
     search); nan where none do.
 
     Of the nodes ``among`` (n_nodes,) a crossing has one at least.
@@ -152,7 +153,7 @@ def least_wrap(model: YarnModel, part: str, among: Flags) -> float:
     alike = (parts_of_nodes(model)[piece] == names.index(part)).all(axis=0)
     these = np.flatnonzero(alike & among[piece].any(axis=0) & (contacts.share[:count] > 0.0))
     first, second = (_curve(model, side, these) for side in (0, 1))
-    found = wrap(first, second)[cosine(first, second) < BESIDE]
+    found = wrap_ratio(first, second)[cosine(first, second) < PARALLEL_COSINE]
     return float(found.min()) if found.size else float("nan")
 
 
@@ -169,14 +170,14 @@ def _curve(model: YarnModel, side: int, these: Index) -> Curve:
 LOOPS = "knit"
 
 
-def at_rest(model: ExplicitModel, residual: float = np.nan) -> Rest | None:
+def initial_equilibrium(model: ExplicitModel, residual: float = np.nan) -> InitialEquilibrium | None:
     """State of ``model`` with its force ``residual`` [-], where it is ``typical``; None of shells.
 
     The edge of a specimen, where loops that nothing holds have shed their tension, does not count.
     """
     if not isinstance(model, YarnModel):
         return None
-    typical = model.typical()
+    typical = model.representative_nodes()
     pieces = np.flatnonzero(typical & model.group.is_piece)
     low, high = surfaces(model, pieces) if pieces.size else (np.nan, np.nan)
     force = axial_state(model.nodes, model.parts, model.beams)[1][model.element_node]
@@ -184,4 +185,4 @@ def at_rest(model: ExplicitModel, residual: float = np.nan) -> Rest | None:
     loops = typical[model.element_node] & (model.mesh.part == (names.index(LOOPS) if LOOPS in names else -1))
     tension = float(force[loops].mean()) if loops.any() else 0.0
     pressed = {kind: of.normal_force for kind, of in crossings(model, typical).items()}
-    return Rest(tension, high - low, residual, pressed, least_wrap(model, LOOPS, typical))
+    return InitialEquilibrium(tension, high - low, residual, pressed, least_wrap_ratio(model, LOOPS, typical))

@@ -27,10 +27,10 @@ def put_back(state: Mapping[str, np.ndarray], prefix: str, holder: object, names
     """Copy what :func:`arrays_of` took into the arrays of ``holder``, which kernels may hold: never replace them."""
     for name in names:
         target = getattr(holder, name)
-        target[...] = entry(state, f"{prefix}/{name}", target.shape)
+        target[...] = checked_array(state, f"{prefix}/{name}", target.shape)
 
 
-def entry(state: Mapping[str, np.ndarray], key: str, shape: tuple[int, ...] | None = None) -> np.ndarray:
+def checked_array(state: Mapping[str, np.ndarray], key: str, shape: tuple[int, ...] | None = None) -> np.ndarray:
     """Array ``key``; raises :class:`InputError` when it is not there or not of ``shape``."""
     if key not in state:
         raise InputError(f"the checkpoint has no {key}: it belongs to another model")
@@ -40,12 +40,12 @@ def entry(state: Mapping[str, np.ndarray], key: str, shape: tuple[int, ...] | No
     return value
 
 
-def under(state: Mapping[str, np.ndarray], prefix: str) -> State:
+def without_prefix(state: Mapping[str, np.ndarray], prefix: str) -> State:
     """Entries ``prefix/...`` without the prefix."""
     return {k.removeprefix(prefix + "/"): v for k, v in state.items() if k.startswith(prefix + "/")}
 
 
-def prefixed(prefix: str, state: Mapping[str, np.ndarray]) -> State:
+def with_prefix(prefix: str, state: Mapping[str, np.ndarray]) -> State:
     """Entries with ``prefix/`` put before their keys."""
     return {f"{prefix}/{k}": v for k, v in state.items()}
 
@@ -66,7 +66,7 @@ LUMPED = ("mass", "inertia")
 
 
 @dataclass(frozen=True)
-class Stored:
+class StoredEnergies:
     """Elastic energies [mJ] by part, of contact and of hourglass control; ``penetration`` over radius of each contact
     that touches, (n_touching,).
 
@@ -142,7 +142,7 @@ class ExplicitModel(ABC):
     def advance(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """Renew contacts that may come near, then :meth:`step`."""
 
-    def acting(self, drive: Drive) -> tuple[Any, ...]:
+    def kernel_drive(self, drive: Drive) -> tuple[Any, ...]:
         """Fields of ``drive`` as the kernels take them: where there are no tools, they are compiled for None."""
         some = drive.tools.kind.size > 0
         return (*drive[:3], *((drive.tools, drive.touch) if some else (None, None)))
@@ -152,11 +152,11 @@ class ExplicitModel(ABC):
         """Advance ``steps`` steps with the contacts there are; see :mod:`knittest.kernels.explicit`."""
 
     @abstractmethod
-    def stored(self) -> Stored:
+    def stored_energies(self) -> StoredEnergies:
         """Elastic energies and penetration now."""
 
     @abstractmethod
-    def failed(self) -> Index:
+    def count_failed(self) -> Index:
         """Failed elements by part, (n_parts,)."""
 
     @abstractmethod
@@ -215,7 +215,7 @@ class ExplicitModel(ABC):
         put_back(state, "nodes", self.nodes, Nodes._fields)
         put_back(state, "model", self, LUMPED)
 
-    def pressing(self) -> float:
+    def contact_force_sum(self) -> float:
         """Sum of the forces between parts of the model [N]."""
         return 0.0
 

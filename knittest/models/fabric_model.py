@@ -17,7 +17,15 @@ from knittest.kernels.sheet_surface import NO_LAW, NO_MESH, empty_contacts
 from knittest.kernels.shell_output import shell_energies, shell_fields, shell_moments
 from knittest.kernels.shell_state import BLOCK, CORNER_ROWS, Laminate, Shells
 from knittest.kernels.state import Drive, Tally
-from knittest.models.explicit_model import ExplicitModel, State, Stored, arrays_of, prefixed, put_back, under
+from knittest.models.explicit_model import (
+    ExplicitModel,
+    State,
+    StoredEnergies,
+    arrays_of,
+    put_back,
+    with_prefix,
+    without_prefix,
+)
 from knittest.models.in_plane import bend_bound, bend_bound_now
 from knittest.models.sheet_tracker import SheetTracker
 
@@ -69,28 +77,28 @@ class FabricModel(ExplicitModel):
         contact = self.tracker.arguments if self.tracker else BLIND
         arguments = (
             steps, time, dt, self.nodes, self.parts, self.shells, self.laminate, self.bends, *contact,
-            *self.acting(drive), tally, scratch,
+            *self.kernel_drive(drive), tally, scratch,
         )  # fmt: skip
         if (threads := get_num_threads()) > 1:
             advance_fabric(threads, *arguments)
         else:
             advance_fabric_alone(*arguments)
 
-    def stored(self) -> Stored:
+    def stored_energies(self) -> StoredEnergies:
         """Energies of the living shells, of their fibres' bending in the plane and of their contacts."""
         *elastic, hourglass = shell_energies(self.nodes, self.shells, self.laminate)
         elastic.append(bend_energy(self.nodes, self.bends))
         found = {name: np.array([energy]) for name, energy in zip(MECHANISMS, elastic, strict=True)}
         internal = np.array([sum(elastic)])
         if self.tracker is None:
-            return Stored(internal, hourglass=hourglass, mechanisms=found)
+            return StoredEnergies(internal, hourglass=hourglass, mechanisms=found)
         mesh, contacts, count, law = self.tracker.arguments
         contact, penetration = sheet_statistics(count, self.nodes, self.shells, mesh, law, contacts)
-        return Stored(internal, contact, hourglass, penetration, found)
+        return StoredEnergies(internal, contact, hourglass, penetration, found)
 
-    def pressing(self) -> float:
-        """See :meth:`ExplicitModel.pressing`."""
-        return self.tracker.pressing() if self.tracker else 0.0
+    def contact_force_sum(self) -> float:
+        """See :meth:`ExplicitModel.contact_force_sum`."""
+        return self.tracker.contact_force_sum() if self.tracker else 0.0
 
     def largest_force(self) -> float:
         """See :meth:`ExplicitModel.largest_force`; components of the forces of corners."""
@@ -101,7 +109,7 @@ class FabricModel(ExplicitModel):
         """See :class:`SheetTracker`."""
         return self.tracker.seconds if self.tracker else 0.0
 
-    def failed(self) -> Index:
+    def count_failed(self) -> Index:
         """Deleted shells."""
         return np.array([np.count_nonzero(np.isfinite(self.shells.fail_time))])
 
@@ -150,7 +158,7 @@ class FabricModel(ExplicitModel):
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living shells, corner forces and contacts."""
-        contacts = prefixed("tracker", self.tracker.state()) if self.tracker else {}
+        contacts = with_prefix("tracker", self.tracker.state()) if self.tracker else {}
         return super().state() | arrays_of("shells", self.shells, CHANGING) | self._bending() | contacts
 
     def restore(self, state: State) -> None:
@@ -160,7 +168,7 @@ class FabricModel(ExplicitModel):
         if self._bending():
             put_back(state, "bends", self.bends, BENDING)
         if self.tracker:
-            self.tracker.restore(under(state, "tracker"))
+            self.tracker.restore(without_prefix(state, "tracker"))
 
     def _bending(self) -> State:
         """Flags of the fibres that are whole, where they bend in the plane."""

@@ -104,20 +104,24 @@ def _copy(contacts: Contacts, source: Index, copies: Index, swapped: Flags, of: 
     contacts.arm[copies] = np.where(swapped, 1.0 - contacts.arm[source], contacts.arm[source])
     for name in VECTORS:
         rows = getattr(contacts, name)
-        rows[:, copies] = sign * _turned(rows[:, source], of[source], of[copies], images)
+        rows[:, copies] = sign * _rotate_to_images(rows[:, source], of[source], of[copies], images)
     tangents = [
-        _turned(r[:, source], of[source], of[copies], images) for r in (contacts.tangent, contacts.other_tangent)
+        _rotate_to_images(r[:, source], of[source], of[copies], images)
+        for r in (contacts.tangent, contacts.other_tangent)
     ]
     contacts.tangent[:, copies] = np.where(swapped, tangents[1], tangents[0])
     contacts.other_tangent[:, copies] = np.where(swapped, tangents[0], tangents[1])
     if contacts.touch.size:
         contacts.touch[copies] = contacts.touch[source]
-        shifts = [_turned(rows[:, source], of[source], of[copies], images) for rows in (contacts.shift, contacts.other)]
+        shifts = [
+            _rotate_to_images(rows[:, source], of[source], of[copies], images)
+            for rows in (contacts.shift, contacts.other)
+        ]
         contacts.shift[:, copies] = np.where(swapped, -shifts[1], shifts[0])
         contacts.other[:, copies] = np.where(swapped, -shifts[0], shifts[1])
 
 
-def _turned(vectors: Array, before: Index, after: Index, images: Images) -> Array:
+def _rotate_to_images(vectors: Array, before: Index, after: Index, images: Images) -> Array:
     """``vectors`` (3, n) of contacts of the images ``before`` as they are in the images ``after``."""
     axis = images.axes[2][:, None]
     turn = images.map[after, TURN] - images.map[before, TURN]

@@ -55,18 +55,18 @@ def bend_bound(bends: Bends, mass: Array) -> float:
         sums = np.add.reduceat(u, bends.first[:-1], axis=0)  # over each block
         rows += u * np.repeat(sums * stiffness, size, axis=0)
     total = np.bincount(bends.member.ravel(), rows.ravel(), len(mass)).astype(float)
-    return float(_per_mass(total, mass).max(initial=0.0))
+    return float(_divide_by_mass(total, mass).max(initial=0.0))
 
 
 def bend_bound_now(bends: Bends, position: Array, mass: Array) -> tuple[float, int]:
     """Bound [1/ms^2] in the state of ``position`` (3, n) [mm], and the node where it is."""
     rows = np.zeros(len(mass))
     add_bounds(position, bends, rows)
-    found = _per_mass(rows, mass)
+    found = _divide_by_mass(rows, mass)
     return float(found.max(initial=0.0)), int(found.argmax())
 
 
-def _per_mass(rows: Array, mass: Array) -> Array:
+def _divide_by_mass(rows: Array, mass: Array) -> Array:
     """Row sums of each node over its mass, (n_nodes,)."""
     return np.divide(rows, mass, out=np.zeros(len(mass)), where=mass > 0.0)
 
@@ -113,8 +113,8 @@ def highest_stiffness(
     patterns = ((row(ALPHA_A), row(BETA_A)), (row(ALPHA_B), row(BETA_B)), (row(C31), row(C42)))
     tangent = [_largest_tangent(laminate, i) for i in range(2)]
     bent = [2.0 * float(laminate.outer[i]) * laminate.layer_offset**2 for i in range(2)]
-    tangent = _with_coupling(tangent, laminate.coupling_membrane)
-    bent = _with_coupling(bent, laminate.coupling_bending)
+    tangent = _bounding_stiffnesses(tangent, laminate.coupling_membrane)
+    bent = _bounding_stiffnesses(bent, laminate.coupling_bending)
     stiffness = [area * (tangent[i] + laminate.transverse[i]) for i in range(2)]
     # of both fibres, as shear may turn one onto the other
     control = row(ALONG_A) * laminate.hourglass_fibre[0] + row(ALONG_B) * laminate.hourglass_fibre[1]
@@ -134,7 +134,7 @@ def highest_stiffness(
     return translation, rotation + 0.5 * area * laminate.drilling, area
 
 
-def _with_coupling(stiffness: list[float], coupling: float) -> list[float]:
+def _bounding_stiffnesses(stiffness: list[float], coupling: float) -> list[float]:
     """Two uncoupled stiffnesses that are at least two coupled ones in every state."""
     ratio = np.sqrt(stiffness[0] / stiffness[1]) if coupling != 0.0 else 1.0
     return [stiffness[0] + abs(coupling) * ratio, stiffness[1] + abs(coupling) / ratio]
@@ -211,7 +211,7 @@ def build_bends(points: Array, cells: Index, shells: Shells, stiffness: Array) -
     around = sparse.csr_matrix((np.ones(cells.size), corner), (len(points), len(cells)))  # 1 where a node is a corner
     frame, area, whole = _frames(points, cells, shells, around)
     stencils = [_stencils(points, nodes, member, frame, area) for nodes, member in _rings(around, whole)]
-    return _in_blocks(points, [s for group in stencils for s in _by_size(group)], around, area, stiffness)
+    return _build_blocks(points, [s for group in stencils for s in _group_by_size(group)], around, area, stiffness)
 
 
 def _frames(points: Array, cells: Index, shells: Shells, around: sparse.csr_matrix) -> tuple[Array, Array, Flags]:
@@ -271,14 +271,14 @@ def _derivative(s: Array, t: Array, order: int) -> tuple[Array, Flags]:
     First derivatives are exact for linear, second ones for quadratic fields. Members on the line of the yarn are tried
     alone first, as if it went through them.
     """
-    weight, known = _least(s, np.zeros_like(t), (np.abs(t) < ON_LINE).astype(float), order)
+    weight, known = _least_weights(s, np.zeros_like(t), (np.abs(t) < ON_LINE).astype(float), order)
     rest = ~known
     if rest.any():
-        weight[rest], known[rest] = _least(s[rest], t[rest], 1.0 / (NEAR + t[rest] ** 2), order)
+        weight[rest], known[rest] = _least_weights(s[rest], t[rest], 1.0 / (NEAR + t[rest] ** 2), order)
     return weight, known
 
 
-def _least(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, Flags]:
+def _least_weights(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, Flags]:
     """Weights of least sum of (w / trust)^2 that give the derivative of ``order`` exactly; whether there are any."""
     one = np.ones_like(s)
     powers = [one, s] if order == 1 else [one, s, 0.5 * s**2]
@@ -291,7 +291,7 @@ def _least(s: Array, t: Array, trust: Array, order: int) -> tuple[Array, Flags]:
     return weight, (np.abs(error).max(axis=1) < EXACT) & (np.abs(weight).sum(axis=1) < LARGEST)
 
 
-def _by_size(group: Stencils) -> list[Stencils]:
+def _group_by_size(group: Stencils) -> list[Stencils]:
     """The stencils of a group with any second derivative, without members of no weight, by their size."""
     counts = (np.abs(group.weight).max(axis=1) > 0.0).sum(axis=1)
     found = []
@@ -305,7 +305,7 @@ def _by_size(group: Stencils) -> list[Stencils]:
     return found
 
 
-def _in_blocks(
+def _build_blocks(
     points: Array, groups: list[Stencils], around: sparse.csr_matrix, area: Array, stiffness: Array
 ) -> Bends:
     """Arrays of the kernel: each group fills blocks of its own, in the order of its nodes."""
@@ -321,7 +321,10 @@ def _in_blocks(
             first.append(first[-1] + group.member.shape[1])
     if not member:
         return no_bends()
-    members, (weights, spread) = np.concatenate(member), _spread(np.concatenate([_evened(w) for w in weight]))
+    members, (weights, spread) = (
+        np.concatenate(member),
+        _round_weights(np.concatenate([_even_weights(w) for w in weight])),
+    )
     node, real = np.concatenate(centre), np.concatenate(known)
     rows = np.repeat(np.arange(len(member)), np.diff(first))
     alive = node.reshape(-1, BLOCK)[rows] >= 0
@@ -335,7 +338,7 @@ def _in_blocks(
         force=np.zeros(3 * members.size),
         node_start=node_start,
         node_entry=node_entry,
-        natural=_natural(points, members, weights, rows),
+        natural=_natural_curvatures(points, members, weights, rows),
         stiffness=np.ascontiguousarray((real * stiffness).T * area[node]),
         alive=(node >= 0).astype(float),
         around=shells,
@@ -344,7 +347,7 @@ def _in_blocks(
     )
 
 
-def _evened(weight: Array) -> Array:
+def _even_weights(weight: Array) -> Array:
     """``weight`` (m, 4, 64) of a block, or its mean for all stencils if all are that but for the unevenness of a sheet.
 
     All or none: means of sums that vanish vanish, so that a stencil still gives nothing of a sheet that moves.
@@ -354,7 +357,7 @@ def _evened(weight: Array) -> Array:
     return np.broadcast_to(mean, weight.shape) if (np.abs(weight - mean) <= UNEVEN * size).all() else weight
 
 
-def _spread(weight: Array) -> tuple[Array, NDArray[np.int8]]:
+def _round_weights(weight: Array) -> tuple[Array, NDArray[np.int8]]:
     """``weight`` (n_rows, 4, 64) without rounding, and how each is spread: on even meshes most are alike, or 0."""
     size = np.abs(weight).max(axis=(0, 2))[:, None]
     weight = np.where(np.abs(weight) > ALIKE * size, weight, 0.0)
@@ -381,7 +384,7 @@ def _shells_round(node: Index, around: sparse.csr_matrix) -> tuple[NDArray[np.in
     return np.concatenate(shells).astype(np.int32), start.astype(np.int64)
 
 
-def _natural(points: Array, members: Index, weights: Array, block: Index) -> Array:
+def _natural_curvatures(points: Array, members: Index, weights: Array, block: Index) -> Array:
     """Curvatures at rest (2, n) [1/mm]: second derivatives along the part of one fibre across the other."""
     sums = np.zeros((int(block.max()) + 1, BLOCK, WEIGHTS, 3))
     np.add.at(sums, block, np.einsum("rwl,rlx->rlwx", weights, points[members]))

@@ -14,7 +14,7 @@ ROUNDED = 1e-9
 FLAT = 1e-6
 
 
-def finite(values: ArrayLike, name: str, shape: tuple[int, ...] | None = None) -> Array:
+def finite_array(values: ArrayLike, name: str, shape: tuple[int, ...] | None = None) -> Array:
     """``values`` as numbers; raises :class:`InputError` for text, NaN, infinity and, where it is given, another
     ``shape`` (-1: any length).
     """
@@ -37,12 +37,12 @@ def _numbers(values: ArrayLike, name: str) -> Array:
     try:
         return np.asarray(values, float)
     except (TypeError, ValueError):
-        raise InputError(f"{name}: expected numbers, got {_short(values)}") from None
+        raise InputError(f"{name}: expected numbers, got {_short_text(values)}") from None
 
 
-def above(value: float, name: str, least: float = 0.0, *, equal: bool = False) -> float:
+def number_above(value: float, name: str, least: float = 0.0, *, equal: bool = False) -> float:
     """``value`` as a finite number; raises :class:`InputError` unless above ``least``, or ``equal`` to it."""
-    number = float(finite(value, name, ()))
+    number = float(finite_array(value, name, ()))
     if not (number >= least if equal else number > least):
         raise InputError(f"{name}: {number:g}; expected {'at least' if equal else 'more than'} {least:g}")
     return number
@@ -50,14 +50,14 @@ def above(value: float, name: str, least: float = 0.0, *, equal: bool = False) -
 
 def direction(vector: ArrayLike, name: str) -> Array:
     """``vector`` (3,) as a unit vector; raises :class:`InputError` for one without length."""
-    array = finite(vector, name, (3,))
+    array = finite_array(vector, name, (3,))
     size = float(np.linalg.norm(array))
     if size == 0.0:
         raise InputError(f"{name}: expected a vector of nonzero length")
     return np.asarray(array / size)
 
 
-def one_an_element(values: ArrayLike, name: str, count: int) -> Array:
+def one_per_element(values: ArrayLike, name: str, count: int) -> Array:
     """``values`` (count,) or one for all, (count,); raises :class:`InputError` for others and NaN; infinity may be."""
     array = _numbers(values, name)
     if array.shape not in ((), (count,)):
@@ -69,7 +69,7 @@ def one_an_element(values: ArrayLike, name: str, count: int) -> Array:
 
 def tension_law(strain: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:
     """Table of a section's law; raises :class:`InputError` unless it rises from (0, 0)."""
-    e, f = finite(strain, "strain of a law", (-1,)), finite(force, "force of a law", (-1,))
+    e, f = finite_array(strain, "strain of a law", (-1,)), finite_array(force, "force of a law", (-1,))
     if len(e) != len(f) or len(e) < 2 or e[0] != 0.0 or f[0] != 0.0:
         raise InputError("law: expected at least two strains and as many forces, starting at (0, 0)")
     if (np.diff(e) <= 0.0).any() or (np.diff(f) < 0.0).any() or f[1] <= 0.0:
@@ -82,9 +82,9 @@ def node_numbers(nodes: ArrayLike, count: int) -> Index:
     try:
         numbers = np.atleast_1d(np.asarray(nodes))
     except ValueError:  # rows of different length
-        raise InputError(f"nodes: expected whole numbers, got {_short(nodes)}") from None
+        raise InputError(f"nodes: expected whole numbers, got {_short_text(nodes)}") from None
     if numbers.dtype.kind not in "iu" and numbers.size:
-        raise InputError(f"nodes: expected whole numbers, got {_short(nodes)}")
+        raise InputError(f"nodes: expected whole numbers, got {_short_text(nodes)}")
     numbers = numbers.astype(np.int64)
     outside = numbers[(numbers < 0) | (numbers >= count)]
     if outside.size:
@@ -103,13 +103,13 @@ def names_among(given: str | Iterable[str], known: Sequence[str], what: str) -> 
 
 def orthonormal(axes: ArrayLike) -> Array:
     """``axes`` (3, 3), rows; raises :class:`InputError` unless of length 1 and at right angles."""
-    rows = finite(axes, "axes", (3, 3))
+    rows = finite_array(axes, "axes", (3, 3))
     if np.abs(rows @ rows.T - np.eye(3)).max() > ROUNDED:
         raise InputError(f"axes: expected three rows of length 1 at right angles, got {rows.tolist()}")
     return rows
 
 
-def independent(node: Index, turns: Flags, axis: Array, local: Flags) -> None:
+def check_independent(node: Index, turns: Flags, axis: Array, local: Flags) -> None:
     """Raise :class:`InputError` where motions of one node, of which one is ``local``, are not at right angles.
 
     Of each motion (n,): its ``node``, whether it ``turns``, its unit ``axis`` (n, 3). Motions are imposed one after
@@ -132,7 +132,7 @@ def independent(node: Index, turns: Flags, axis: Array, local: Flags) -> None:
             )
 
 
-def once_each(node: Index, dof: Index, still: Flags, group: Index, names: Sequence[str]) -> None:
+def check_prescribed_once(node: Index, dof: Index, still: Flags, group: Index, names: Sequence[str]) -> None:
     """Raise :class:`InputError` where two motions prescribe one degree of freedom and are not both ``still``.
 
     Of each motion (n,): ``node``, ``dof`` among ``names``, ``group`` that it was numbered by; sorted by node and dof.
@@ -146,7 +146,7 @@ def once_each(node: Index, dof: Index, still: Flags, group: Index, names: Sequen
         )
 
 
-def in_elements(loaded: Index, cells: Index) -> None:
+def check_nodes_used(loaded: Index, cells: Index) -> None:
     """Raise :class:`InputError` for ``loaded`` nodes that belong to no element of ``cells``."""
     stray = np.setdiff1d(loaded, cells)
     if stray.size:
@@ -155,7 +155,7 @@ def in_elements(loaded: Index, cells: Index) -> None:
 
 def chain_points(points: ArrayLike, number: int) -> Array:
     """Points (n, 3) of chain ``number``; raises :class:`InputError` for fewer than two and for two in one place."""
-    array = finite(points, f"points of chain {number}", (-1, 3))
+    array = finite_array(points, f"points of chain {number}", (-1, 3))
     if len(array) < 2:
         raise InputError(f"points of chain {number}: {len(array)} given; a chain needs at least two")
     same = np.flatnonzero(np.linalg.norm(np.diff(array, axis=0), axis=1) == 0.0)
@@ -169,21 +169,21 @@ def chain_fields(
 ) -> None:
     """Check the fields of the ``count`` elements of chain ``number``; raises :class:`InputError`."""
     of = f"of chain {number}"
-    if (one_an_element(fail_strain, f"fail_strain {of}", count) <= 0.0).any():
+    if (one_per_element(fail_strain, f"fail_strain {of}", count) <= 0.0).any():
         raise InputError(f"fail_strain {of}: expected more than 0")
-    if not np.isfinite(one_an_element(slack, f"slack {of}", count)).all():
+    if not np.isfinite(one_per_element(slack, f"slack {of}", count)).all():
         raise InputError(f"slack {of}: expected finite strains")
-    share = one_an_element(degree_of_set, f"degree_of_set {of}", count)
+    share = one_per_element(degree_of_set, f"degree_of_set {of}", count)
     if ((share < 0.0) | (share > 1.0)).any():
         raise InputError(f"degree_of_set {of}: expected 0 to 1")
-    share = one_an_element(draw_in, f"draw_in {of}", count)
+    share = one_per_element(draw_in, f"draw_in {of}", count)
     if ((share < 0.0) | (share >= 1.0)).any():
         raise InputError(f"draw_in {of}: expected 0 to below 1")
 
 
-def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:
+def warp_direction(warp: ArrayLike, points: Array, cells: Index) -> Array:
     """``warp`` (3,) or (n_el, 3); raises :class:`InputError` where it has no length or stands on the shell."""
-    array = finite(warp, "warp")
+    array = finite_array(warp, "warp")
     if array.shape not in ((3,), (len(cells), 3)):
         raise InputError(f"warp: expected the shape (3) or ({len(cells)}, 3), got {array.shape}")
     x = points[cells]
@@ -196,7 +196,7 @@ def across_shells(warp: ArrayLike, points: Array, cells: Index) -> Array:
     return array
 
 
-def across_chain(points: ArrayLike, normal: ArrayLike | None, number: int) -> Array:
+def chain_normals(points: ArrayLike, normal: ArrayLike | None, number: int) -> Array:
     """Unit normals (n - 1, 3) across the elements through ``points`` (n, 3) of chain ``number``.
 
     ``normal`` (3,) or (n - 1, 3). Raises :class:`InputError` where there is none, and where it lies along the chain.
@@ -207,7 +207,7 @@ def across_chain(points: ArrayLike, normal: ArrayLike | None, number: int) -> Ar
             f"chain {number}: a section with two bending stiffnesses needs normal=, the direction about "
             "which it bends with the second"
         )
-    given = finite(normal, f"normal of chain {number}")
+    given = finite_array(normal, f"normal of chain {number}")
     if given.shape not in ((3,), chord.shape):
         raise InputError(f"normal of chain {number}: expected the shape (3) or {chord.shape}, got {given.shape}")
     along = chord / np.linalg.norm(chord, axis=1, keepdims=True)
@@ -243,6 +243,6 @@ def quadrilaterals(points: Array, cells: ArrayLike) -> Index:
     return conn
 
 
-def _short(value: object) -> str:
+def _short_text(value: object) -> str:
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

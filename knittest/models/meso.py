@@ -14,7 +14,7 @@ from knittest.materials.yarn_section import STRENGTH_MARGIN, SYSTEMS, fabric_pat
 from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
-from knittest.models.yarn_health import YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 
 #: pieces at the end of yarns that do not press each other: jaws hold them side by side, nearer than they are wide
@@ -40,8 +40,8 @@ def build_meso(
             SYSTEMS.index(path.system),
             _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
-            stretch(run, path.uncut),
-            np.where(_held(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0),
+            stretch(run, path.uncut_path),
+            np.where(_held_elements(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0),
             UPRIGHT,
             draw_in=_draw_in(run, path, rows, draws[path.system].loop),
         )
@@ -70,7 +70,7 @@ def yarn_contact(run: Run) -> YarnContact:
         static=None if static is None else static.value,
         compaction=None if compaction is None else (compaction.exponent, compaction.depth_mm),
         patch=fabric_patch(run.fabric),
-        pressed=run.fabric.knitting.settled,
+        pressed=run.fabric.knitting.starts_relaxed,
         cut=CUT,
     )
 
@@ -99,10 +99,10 @@ def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
     """
     own = 1.0 if path.system != "knit" or loop is None else float(loop[path.index])
     drawn = 1.0 - (1.0 - (run.fabric.knitting.draw_in_fraction or 0.0)) * own
-    return np.where(_held(run, path, rows), drawn, 0.0)
+    return np.where(_held_elements(run, path, rows), drawn, 0.0)
 
 
-def _held(run: Run, path: YarnPath, rows: int) -> Flags:
+def _held_elements(run: Run, path: YarnPath, rows: int) -> Flags:
     """Elements of loops that other loops hold on all sides."""
     held = np.full(len(path.points) - 1, path.system == "knit" and path.index not in (0, rows - 1))
     loop = run.model.meso.elements_per_loop

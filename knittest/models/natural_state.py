@@ -9,8 +9,8 @@ import numpy as np
 
 from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, SECOND_ALONG
-from knittest.kernels.flatten import DRAG, EXPONENT, FREE, HIGH, LENGTH, PRODUCT, ROWS, STIFF
+from knittest.kernels.contact import FIRST_ALONG, SECOND_ALONG, SIDE_BY_SIDE
+from knittest.kernels.flattening import DRAG, EXPONENT, FREE, HIGH, LENGTH, PRODUCT, ROWS, STIFF
 from knittest.kernels.state import Beams, Contacts
 from knittest.models.contact_tracker import ContactTracker
 
@@ -35,7 +35,7 @@ def natural_state(start: Index, chord: Array, degree_of_set: Array) -> tuple[Arr
         turned = _turns(at_nodes, 1.0 - degree_of_set[node[:, :-1]])
         mean = turned[:, :-1] + turned[:, 1:]
         mean /= np.linalg.norm(mean, axis=2, keepdims=True)
-        rotation[node], tangent[node[:, :-1]] = turned, _turned_back(mean, direction)
+        rotation[node], tangent[node[:, :-1]] = turned, _rotate_back(mean, direction)
     return rotation, tangent
 
 
@@ -45,7 +45,7 @@ def natural_normal(rotation: Array, normal: Array) -> Array:
     mean = np.vstack([mean, rotation[-1:]])
     size = np.linalg.norm(mean, axis=1, keepdims=True)
     known = np.isfinite(normal).all(axis=1, keepdims=True)
-    back = _turned_back(mean / np.where(size > 0.0, size, 1.0), np.where(known, normal, 0.0))
+    back = _rotate_back(mean / np.where(size > 0.0, size, 1.0), np.where(known, normal, 0.0))
     return np.where(known, back, [1.0, 0.0, 0.0])
 
 
@@ -68,20 +68,20 @@ def quaternion_product(p: Array, q: Array) -> Array:
     return np.concatenate([scalar, vector], axis=1)
 
 
-def _turned_back(q: Array, vector: Array) -> Array:
+def _rotate_back(q: Array, vector: Array) -> Array:
     """``vector`` (..., 3) turned by the inverse of the unit quaternions ``q`` (..., 4)."""
     across = 2.0 * np.cross(vector, q[..., 1:])
     return vector + q[..., :1] * across + np.cross(across, q[..., 1:])
 
 
-def turned_further(rotation: Array, vector: Array) -> Array:
+def rotate_quaternions(rotation: Array, vector: Array) -> Array:
     """Quaternions (n, 4) turned further by the rotation vectors ``vector`` (n, 3) [rad]."""
     angle = np.linalg.norm(vector, axis=1, keepdims=True)
     turn = np.hstack([np.cos(0.5 * angle), 0.5 * np.sinc(0.5 * angle / np.pi) * vector])
     return quaternion_product(turn, rotation)
 
 
-def of_one_sign(rotation: Array) -> Array:
+def with_equal_signs(rotation: Array) -> Array:
     """Quaternions (n, 4) of the same rotations, each of the sign that lies nearer to the one before: the mean rotation
     of two neighbours is that of their sum.
     """
@@ -90,7 +90,7 @@ def of_one_sign(rotation: Array) -> Array:
     return sign[:, None] * rotation
 
 
-def turned_about_x(rotation: Array, angle: Array) -> Array:
+def rotate_about_x(rotation: Array, angle: Array) -> Array:
     """Quaternions (4, n) turned further about x by ``angle`` (n,) [rad]."""
     w, x, y, z = rotation
     c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
@@ -104,7 +104,8 @@ STEEPEST = 4.0
 
 
 def shapes_at_rest(high: Array, wide: Array, stiff: Array, exponent: Array, length: Array, contact: float) -> Array:
-    """Rows of :mod:`knittest.kernels.flatten` of nodes of half height ``high`` and half width ``wide`` [mm], (ROWS, n).
+    """Rows of :mod:`knittest.kernels.flattening` of nodes of half height ``high`` and half width ``wide`` [mm],
+    (ROWS, n).
 
     ``stiff`` lateral modulus [MPa], 0 where a section is rigid, ``exponent`` of its law, ``length`` [mm] of the yarn at
     each node, all (n,); ``contact`` [N/mm] the stiffest that presses a node. Empty where all are rigid.
@@ -176,25 +177,25 @@ def _to_curvature(contacts: Contacts, side: int, n: int) -> Array:
     return offset + (contacts.shift if side == 0 else contacts.other)[:, :n] if contacts.touch.size else offset
 
 
-def refuse_conforming(tracker: ContactTracker, position: Array) -> None:
-    """Raise :class:`InputError` for the reason that :func:`conforming` gives."""
-    if reason := conforming(tracker, position):
+def check_conformity(tracker: ContactTracker, position: Array) -> None:
+    """Raise :class:`InputError` for the reason that :func:`conformity_fault` gives."""
+    if reason := conformity_fault(tracker, position):
         raise InputError(reason)
 
 
-def conforming(tracker: ContactTracker, position: Array) -> str:
+def conformity_fault(tracker: ContactTracker, position: Array) -> str:
     """Sections that yarns bend around so closely that they touch twice, with a ratio that helps; empty if none."""
     contacts, n = tracker.contacts, tracker.count
     if not contacts.touch.size or not n:
         return ""
     force = np.linalg.norm(contacts.force[:, :n], axis=0)
-    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] != BESIDE)
+    elliptic = (contacts.touch[:n] > 0.0) & (contacts.line[:n] != SIDE_BY_SIDE)
     along = np.where(elliptic & (force > 0.0), conformity(tracker, position), 0.0)
     if force[along > CONFORMS].sum() <= MOST * force.sum():
         return ""
     worst = int(np.argmax(np.where(along > CONFORMS, force, 0.0)))
     first, second = (int(i) for i in contacts.piece[:, worst])
-    ratio, most = _ratio_that_does(contacts, worst, first, second, float(along[worst]))
+    ratio, most = _smaller_ratio(contacts, worst, first, second, float(along[worst]))
     less = f"at most about {most:.2f}" if most >= 1.0 else "1, and a higher packing"
     return (
         f"fabric.reinforcing.section.width_to_height: {tracker.name_of(first)} and {tracker.name_of(second)} bend "
@@ -203,7 +204,7 @@ def conforming(tracker: ContactTracker, position: Array) -> str:
     )
 
 
-def _ratio_that_does(contacts: Contacts, c: int, first: int, second: int, along: float) -> tuple[float, float]:
+def _smaller_ratio(contacts: Contacts, c: int, first: int, second: int, along: float) -> tuple[float, float]:
     """Width over height [-] of the flatter section of contact ``c``, and the one that conforms by less.
 
     Lying flat an ellipse has the radius of curvature sqrt(area / pi) ratio^(3/2).

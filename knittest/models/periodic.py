@@ -9,15 +9,15 @@ from numpy.typing import ArrayLike
 
 from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
-from knittest.kernels.flatten import STIFF
+from knittest.kernels.flattening import STIFF
 from knittest.kernels.state import LATTICE, MAP, Images, Partitions
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.contact_tracker import CONTACT_SKIN
-from knittest.models.inputs import finite
+from knittest.models.inputs import finite_array
 from knittest.models.natural_state import quaternion_product
 from knittest.models.periodic_model import PeriodicModel
-from knittest.models.yarn_health import YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel, section_of_nodes
 
 #: images of a chain's own nodes that its beams and contacts need, at either end
@@ -68,7 +68,7 @@ def build_periodic(
     radius.
     Raises :class:`InputError` for a lattice without an area, and for chains of fewer than three elements.
     """
-    vectors = finite(lattice, "lattice [mm]", (2, 3))
+    vectors = finite_array(lattice, "lattice [mm]", (2, 3))
     _heights(vectors)
     for number, chain in enumerate(chains):
         if len(chain.points) < ENDS or chain.along not in (0, 1):
@@ -78,7 +78,7 @@ def build_periodic(
             )
     contact = contact and replace(contact, cut=0)  # ends of images are no ends of yarns
     pieces = _pieces(chains, vectors, _reach(chains, vectors, shrink, slide) if halo is None else halo)
-    long = [_long(chains[p.chain], p, vectors) for p in pieces]
+    long = [_extend_chain(chains[p.chain], p, vectors) for p in pieces]
     flat = build_chains(long, part_names, contact, scaling)
     own, master, times = _masters(chains, pieces)
     plain = flat.mass if scaling is None else build_chains(long, part_names, contact).mass
@@ -124,7 +124,7 @@ def _pieces(chains: Sequence[PeriodicChain], vectors: Array, reach: float) -> li
     return found
 
 
-def _long(chain: PeriodicChain, piece: _Piece, vectors: Array) -> Chain:
+def _extend_chain(chain: PeriodicChain, piece: _Piece, vectors: Array) -> Chain:
     """The chain of ``piece`` with all its nodes."""
     count, n = np.arange(piece.first, piece.stop), len(chain.points)
     points = np.asarray(chain.points, float)[count % n] + (count // n)[:, None] * vectors[chain.along]
@@ -166,7 +166,7 @@ def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times:
     ghost, element = np.flatnonzero(~own), flat.element_node
     kept = own[element]
     n = flat.n_nodes
-    near = _near(own, OFF if flat.group.excess.size else 0)
+    near = _flag_near_pieces(own, OFF if flat.group.excess.size else 0)
     mesh, section = flat.mesh, section_of_nodes(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
     images = _images(flat, vectors, ghost, master, times, element[kept], section)
@@ -179,7 +179,7 @@ def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times:
     return PeriodicModel(**given, reference=vectors)
 
 
-def _near(own: Flags, off: int) -> Flags:
+def _flag_near_pieces(own: Flags, off: int) -> Flags:
     """Pieces, (n_nodes,), with a node that is ``own``, or ``off`` pieces from one at most."""
     return np.any([np.roll(own, k) for k in range(-1 - off, 2 + off)], axis=0)
 

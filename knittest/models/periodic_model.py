@@ -10,13 +10,13 @@ from knittest.base.errors import InputError
 from knittest.kernels.state import CURVATURE, Drive, Images
 from knittest.models.boundary import Boundary
 from knittest.models.contact_tracker import CONTACT_SKIN
-from knittest.models.explicit_model import State, arrays_of, columns, prefixed, put_back, rows_of, under
+from knittest.models.explicit_model import State, arrays_of, columns, put_back, rows_of, with_prefix, without_prefix
 from knittest.models.image_contacts import masters
 from knittest.models.tool import Table
 from knittest.models.yarn_model import YarnModel
 
 
-def beyond(cell: "PeriodicModel") -> str:
+def missing_image(cell: "PeriodicModel") -> str:
     """Name the image that comes near a node of the cell without being in the model; empty if none does.
 
     Images next to those kept are placed as a flat fabric has them: bending takes them apart by a small part of a cell.
@@ -99,8 +99,8 @@ class PeriodicModel(YarnModel):
         """See :meth:`YarnModel.masters`."""
         return masters(self.images)
 
-    def typical(self) -> Flags:
-        """See :meth:`YarnModel.typical`; all nodes of the cell."""
+    def representative_nodes(self) -> Flags:
+        """See :meth:`YarnModel.representative_nodes`; all nodes of the cell."""
         return self.owned > 0.0
 
     def drive(self, boundary: Boundary, number: str, rate: Table) -> int:
@@ -141,11 +141,11 @@ class PeriodicModel(YarnModel):
             raise InputError(f"{name} of the lattice is already moved or free")
         return q
 
-    def counted(self) -> Array:
-        """See :meth:`YarnModel.counted`; of the cell alone."""
+    def counted_beams(self) -> Array:
+        """See :meth:`YarnModel.counted_beams`; of the cell alone."""
         return self.beams.alive * self.owned
 
-    def acting(self, drive: Drive) -> tuple[Any, ...]:
+    def kernel_drive(self, drive: Drive) -> tuple[Any, ...]:
         """Fields of ``drive``: kernels of cells are compiled with tools whether there are any or not."""
         return tuple(drive)
 
@@ -154,8 +154,8 @@ class PeriodicModel(YarnModel):
         super().halt()
         self.images.rate[:] = 0.0
 
-    def pressing(self) -> float:
-        """See :meth:`ExplicitModel.pressing`."""
+    def contact_force_sum(self) -> float:
+        """See :meth:`ExplicitModel.contact_force_sum`."""
         contacts, count = self.tracker.contacts, self.tracker.count
         return float(np.linalg.norm(contacts.force[:, :count], axis=0) @ contacts.share[:count])
 
@@ -166,15 +166,15 @@ class PeriodicModel(YarnModel):
     def diagnose(self, dt: float) -> str:
         """See :meth:`YarnModel.diagnose`; names yarns that reach missing images too."""
         self._looks += 1
-        missing = beyond(self) if self._looks % HALO_LOOKS == 1 else ""
+        missing = missing_image(self) if self._looks % HALO_LOOKS == 1 else ""
         return super().diagnose(dt) or missing
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds the lattice."""
-        return super().state() | arrays_of("images", self.images, MOVING) | prefixed("record", columns(self.record))
+        return super().state() | arrays_of("images", self.images, MOVING) | with_prefix("record", columns(self.record))
 
     def restore(self, state: State) -> None:
         """See :meth:`ExplicitModel.restore`."""
         super().restore(state)
         put_back(state, "images", self.images, MOVING)
-        self.record[:] = rows_of(under(state, "record"))
+        self.record[:] = rows_of(without_prefix(state, "record"))

@@ -14,7 +14,7 @@ from knittest.kernels import search, sheet_search
 from knittest.kernels.sheet_surface import SheetContacts, SheetLaw, SheetMesh, empty_contacts
 from knittest.kernels.shell_state import Shells
 from knittest.kernels.state import Nodes, Partitions
-from knittest.models.explicit_model import State, arrays_of, entry, put_back
+from knittest.models.explicit_model import State, arrays_of, checked_array, put_back
 
 
 def edge_neighbours(cells: Index) -> NDArray[np.int32]:
@@ -160,7 +160,7 @@ class SheetTracker:
         """Arguments of the kernel."""
         return self.mesh, self.contacts, self.count, self.law
 
-    def pressing(self) -> float:
+    def contact_force_sum(self) -> float:
         """Sum of the contact forces [N]."""
         touching = self.contacts.owners[: self.count] != 0
         return float(np.linalg.norm(self.contacts.force[:, : self.count], axis=0)[touching].sum())
@@ -174,19 +174,19 @@ class SheetTracker:
     def state(self) -> State:
         """Contacts in use, where every node was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.node.size, self._spare.node.size, self.searches])
-        return arrays_of("contacts", self._used(), SheetContacts._fields) | {
+        return arrays_of("contacts", self._used_contacts(), SheetContacts._fields) | {
             "since": self._since.copy(), "speed": np.array(self.speed), "counts": counts,
         }  # fmt: skip
 
     def restore(self, state: State) -> None:
         """Put back what :meth:`state` gave; raises :class:`InputError` if it is another model's."""
-        self.count, capacity, spare, self.searches = (int(v) for v in entry(state, "counts", (4,)))
+        self.count, capacity, spare, self.searches = (int(v) for v in checked_array(state, "counts", (4,)))
         self.contacts, self._spare = empty_contacts(capacity), empty_contacts(spare)
-        put_back(state, "contacts", self._used(), SheetContacts._fields)
-        self._since[:] = entry(state, "since", self._since.shape)
-        self.speed = float(entry(state, "speed", ()))
+        put_back(state, "contacts", self._used_contacts(), SheetContacts._fields)
+        self._since[:] = checked_array(state, "since", self._since.shape)
+        self.speed = float(checked_array(state, "speed", ()))
 
-    def _used(self) -> SheetContacts:
+    def _used_contacts(self) -> SheetContacts:
         return SheetContacts(*(column[..., : self.count] for column in self.contacts))  # type: ignore[arg-type]
 
     def _find_contacts(self) -> None:

@@ -30,7 +30,7 @@ class TriangleMesh:
     dropped: int = 0
 
     @classmethod
-    def joined(cls, parts: Sequence[Array], same: float = SAME) -> "TriangleMesh":
+    def from_corners(cls, parts: Sequence[Array], same: float = SAME) -> "TriangleMesh":
         """Join triangles given by their corners, (n, 3, 3) each, at common points; drops those without three corners.
 
         ``same``: share of the extent within which points are one.
@@ -169,7 +169,7 @@ def read_stl(path: Path) -> TriangleMesh:
     if not np.isfinite(mesh.points).all():
         raise InputError(f"{path}: corners that are not finite")
     # every triangle of an STL file has corners of its own, in single precision
-    return TriangleMesh.joined([mesh.points.astype(float)[triangles]], same=1e-6)
+    return TriangleMesh.from_corners([mesh.points.astype(float)[triangles]], same=1e-6)
 
 
 def _check_size(path: Path) -> None:

@@ -12,7 +12,7 @@ from knittest.base.errors import InputError
 from knittest.kernels.state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tools
 from knittest.kernels.tool_contact import HELD
 from knittest.kernels.tool_shapes import FAR
-from knittest.models.inputs import above, direction, finite, orthonormal
+from knittest.models.inputs import direction, finite_array, number_above, orthonormal
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,10 @@ class Table:
     value: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        time, value = finite(self.time, "time of a table", (-1,)), finite(self.value, "value of a table", (-1,))
+        time, value = (
+            finite_array(self.time, "time of a table", (-1,)),
+            finite_array(self.value, "value of a table", (-1,)),
+        )
         if len(time) != len(value) or not len(time):
             raise InputError(f"a table has {len(time)} times and {len(value)} values; expected one value a time")
         if (np.diff(time) < 0.0).any():
@@ -49,7 +52,7 @@ def constant(value: float) -> Table:
 
 def ramp(duration: float, value: float, knots: int = 64) -> Table:
     """Ramp from 0 to ``value`` over ``duration`` [ms] by the quintic 10 u^3 - 15 u^4 + 6 u^5, then constant."""
-    above(duration, "duration of a ramp [ms]", equal=True)
+    number_above(duration, "duration of a ramp [ms]", equal=True)
     u = np.linspace(0.0, 1.0, knots + 1)
     smooth = u**3 * (10.0 - u * (15.0 - 6.0 * u))
     return Table(tuple(max(duration, 1e-9) * u), tuple(value * smooth))
@@ -86,24 +89,24 @@ def axes_along(third: ArrayLike) -> Array:
 
 def plane(point: ArrayLike, normal: ArrayLike) -> Tool:
     """Half space below the plane through ``point`` [mm] with outward ``normal``."""
-    return Tool(PLANE, finite(point, "point of a plane", (3,)).copy(), axes_along(normal))
+    return Tool(PLANE, finite_array(point, "point of a plane", (3,)).copy(), axes_along(normal))
 
 
 def plate(centre: ArrayLike, lengths: ArrayLike, edge_radius: float, axes: ArrayLike | None = None) -> Tool:
     """Box of side ``lengths`` (3,) about ``centre`` with rounded edges [mm]."""
-    half = 0.5 * finite(lengths, "lengths of a plate", (3,))
-    above(float(half.min()), "half the least length of a plate")
-    above(edge_radius, "edge_radius of a plate", equal=True)
+    half = 0.5 * finite_array(lengths, "lengths of a plate", (3,))
+    number_above(float(half.min()), "half the least length of a plate")
+    number_above(edge_radius, "edge_radius of a plate", equal=True)
     return Tool(
-        PLATE, finite(centre, "centre of a plate", (3,)).copy(), np.eye(3) if axes is None else orthonormal(axes),
+        PLATE, finite_array(centre, "centre of a plate", (3,)).copy(), np.eye(3) if axes is None else orthonormal(axes),
         (*half, edge_radius),
     )  # fmt: skip
 
 
 def cylinder(centre: ArrayLike, axis: ArrayLike, radius: float, length: float) -> Tool:
     """Cylinder about ``axis`` through ``centre`` [mm], without caps."""
-    size = above(radius, "radius of a cylinder"), 0.5 * above(length, "length of a cylinder"), 0.0, 0.0
-    return Tool(CYLINDER, finite(centre, "centre of a cylinder", (3,)).copy(), axes_along(axis), size)
+    size = number_above(radius, "radius of a cylinder"), 0.5 * number_above(length, "length of a cylinder"), 0.0, 0.0
+    return Tool(CYLINDER, finite_array(centre, "centre of a cylinder", (3,)).copy(), axes_along(axis), size)
 
 
 def sampled(origin: ArrayLike, spacing: float, samples: Array) -> Tool:
@@ -111,7 +114,7 @@ def sampled(origin: ArrayLike, spacing: float, samples: Array) -> Tool:
     return Tool(GRID, np.array(origin, float), np.eye(3), (spacing, 0.0, 0.0, 0.0), samples=np.asarray(samples, float))
 
 
-def swept(
+def swept_edge_tool(
     origin: ArrayLike, spacing: float, samples: Array, radius: float, draft: float = 0.0, down: bool = False
 ) -> Tool:
     """A rounded edge swept along an outline: a body with its flat face up (or ``down``) at the height of ``origin``.

@@ -10,13 +10,21 @@ from numba import get_num_threads
 from knittest.base.arrays import Array, Flags, Index
 from knittest.base.history import Overlaps
 from knittest.kernels import monitor
-from knittest.kernels.contact import BESIDE, spline_weights
+from knittest.kernels.contact import SIDE_BY_SIDE, spline_weights
 from knittest.kernels.explicit import advance_yarns, advance_yarns_alone
 from knittest.kernels.state import Beams, ContactLaw, Drive, Images, Partitions, Tally
 from knittest.models.contact_tracker import LEAST_STEPS, ContactTracker, YarnContactGroup
-from knittest.models.explicit_model import ExplicitModel, State, Stored, arrays_of, prefixed, put_back, under
-from knittest.models.from_stiffness import beam_resultants
-from knittest.models.natural_state import refuse_conforming, shape_energy
+from knittest.models.explicit_model import (
+    ExplicitModel,
+    State,
+    StoredEnergies,
+    arrays_of,
+    put_back,
+    with_prefix,
+    without_prefix,
+)
+from knittest.models.natural_state import check_conformity, shape_energy
+from knittest.models.sections import beam_resultants
 
 NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
 #: arrays of the beams that a run changes
@@ -96,33 +104,34 @@ class YarnModel(ExplicitModel):
         """See :meth:`ExplicitModel.step`."""
         arguments = (
             steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count, self.law,
-            self.law.spin, True if self.group.excess.size else None, self.images, *self.acting(drive), tally, scratch,
+            self.law.spin, True if self.group.excess.size else None, self.images,
+            *self.kernel_drive(drive), tally, scratch,
         )  # fmt: skip
         if (threads := get_num_threads()) > 1:
             advance_yarns(threads, *arguments)
         else:
             advance_yarns_alone(*arguments)
 
-    def stored(self) -> Stored:
+    def stored_energies(self) -> StoredEnergies:
         """Energies of the living beams by yarn system and of the contacts."""
         contact, penetration = monitor.contact_statistics(
             self.tracker.contacts, self.tracker.count, self.law, self.group.radius
         )
         found = self.beam_energies()
         internal = np.sum(list(found.values()), axis=0)
-        contact += shape_energy(self.group.shape, self.beams, self.counted(), self.group.owned)
-        return Stored(internal, contact, 0.0, penetration, found, force_free=self.force_free())
+        contact += shape_energy(self.group.shape, self.beams, self.counted_beams(), self.group.owned)
+        return StoredEnergies(internal, contact, 0.0, penetration, found, force_free=self.force_free())
 
     def beam_energies(self) -> dict[str, Array]:
         """Energies [mJ] of the living beams of each part, (n_parts,), by :data:`MECHANISMS`."""
-        sections = monitor.section_energies(self.nodes, self.parts, self.beams._replace(alive=self.counted()))
+        sections = monitor.section_energies(self.nodes, self.parts, self.beams._replace(alive=self.counted_beams()))
         n_parts = len(self.mesh.part_names)
         return {
             name: np.bincount(self.section_part, energy, n_parts).astype(float)
             for name, energy in zip(MECHANISMS, sections.T, strict=True)
         }
 
-    def counted(self) -> Array:
+    def counted_beams(self) -> Array:
         """Living beams, (n_nodes + 1,): 1 where their energy counts, else 0."""
         return self.beams.alive
 
@@ -130,11 +139,11 @@ class YarnModel(ExplicitModel):
         """Deepest overlap that carries no force over the smaller radius, away from the ends of yarns and at them."""
         if not self.contact:
             return 0.0, 0.0
-        share, at_ends = self.tracker.force_free(), self.tracker.at_ends()
+        share, at_ends = self.tracker.force_free(), self.tracker.end_flags()
         return float(share[~at_ends].max(initial=0.0)), float(share[at_ends].max(initial=0.0))
 
-    def pressing(self) -> float:
-        """See :meth:`ExplicitModel.pressing`."""
+    def contact_force_sum(self) -> float:
+        """See :meth:`ExplicitModel.contact_force_sum`."""
         return float(np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0).sum())
 
     def largest_force(self) -> float:
@@ -151,13 +160,13 @@ class YarnModel(ExplicitModel):
         """Node that every node is, or in a periodic cell is an image of, (n_nodes,)."""
         return np.arange(self.n_nodes)
 
-    def typical(self) -> Flags:
+    def representative_nodes(self) -> Flags:
         """Flags (n_nodes,) of the nodes in the middle third of the piece in each direction, away from its edges."""
         place = self.nodes.position[:2, : self.n_nodes]
         low, high = place.min(axis=1, keepdims=True), place.max(axis=1, keepdims=True)
         return (np.abs(place - 0.5 * (low + high)) <= (high - low) / 6.0).all(axis=0)
 
-    def failed(self) -> Index:
+    def count_failed(self) -> Index:
         """Broken beams by yarn system."""
         broken = np.isfinite(self.beams.fail_time[self.element_node])
         return np.bincount(self.mesh.part[broken], minlength=len(self.mesh.part_names))
@@ -202,11 +211,11 @@ class YarnModel(ExplicitModel):
     def diagnose(self, dt: float) -> str:
         """Diagnose the present state at time step ``dt`` [ms]; empty if nothing is wrong.
 
-        Raises :class:`InputError` for sections that lie along the loops, see :func:`refuse_conforming`.
+        Raises :class:`InputError` for sections that lie along the loops, see :func:`check_conformity`.
         """
         fault = self.invalid_state(dt)
         if not fault and self.contact:
-            refuse_conforming(self.tracker, self.nodes.position)
+            check_conformity(self.tracker, self.nodes.position)
         return fault
 
     def invalid_state(self, dt: float) -> str:
@@ -214,10 +223,12 @@ class YarnModel(ExplicitModel):
         search of contacts at time step ``dt`` [ms]; empty if there is none.
         """
         if monitor.count_short_beams(self.nodes.position, self.beams.alive, self.beams.inv_length, SHORTEST):
-            return self._collapsed()
-        return self._turning() or ((self._pierced() or self._too_fast(dt)) if self.contact else "")
+            return self._collapse_fault()
+        return self._unstable_section_fault() or (
+            (self._piercing_fault() or self._speed_fault(dt)) if self.contact else ""
+        )
 
-    def _turning(self) -> str:
+    def _unstable_section_fault(self) -> str:
         i, ratio = monitor.least_stable_beam(self.nodes, self.parts, self.beams)
         if ratio <= 1.0:
             return ""
@@ -231,13 +242,13 @@ class YarnModel(ExplicitModel):
             f"at least {ratio * shear:.4g} N, or in a test a larger rig.membrane_share"
         )
 
-    def _collapsed(self) -> str:
+    def _collapse_fault(self) -> str:
         length = np.linalg.norm(np.diff(self.position(), axis=0, append=np.nan), axis=1)
         ratio = np.where(self.beams.alive > 0.0, length * self.beams.inv_length, np.inf)
         i = int(np.nanargmin(ratio))
         return f"a beam of {self.name_of(i)} (node {i}) has collapsed to {100 * ratio[i]:.1f} % of its length"
 
-    def _too_fast(self, dt: float) -> str:
+    def _speed_fault(self, dt: float) -> str:
         step = self.tracker.speed * dt
         if not step > self.farthest:
             return ""
@@ -247,12 +258,12 @@ class YarnModel(ExplicitModel):
             f"{self.farthest:.3g} mm: contacts could be missed"
         )
 
-    def _pierced(self) -> str:
+    def _piercing_fault(self) -> str:
         contacts, count = self.tracker.contacts, self.tracker.count
         if not monitor.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
             return ""
         share = np.linalg.norm(contacts.offset[:, :count], axis=0) / contacts.reach[:count]
-        c = int(np.argmin(np.where(contacts.line[:count] != BESIDE, share, np.inf)))
+        c = int(np.argmin(np.where(contacts.line[:count] != SIDE_BY_SIDE, share, np.inf)))
         names = " and ".join(self.name_of(int(i)) for i in contacts.piece[:, c])
         return f"{names} pass through each other (node {int(contacts.piece[0, c])})"
 
@@ -270,13 +281,13 @@ class YarnModel(ExplicitModel):
 
     def state(self) -> State:
         """See :meth:`ExplicitModel.state`; adds living beams and contacts."""
-        return super().state() | arrays_of("beams", self.beams, CHANGING) | prefixed("tracker", self.tracker.state())
+        return super().state() | arrays_of("beams", self.beams, CHANGING) | with_prefix("tracker", self.tracker.state())
 
     def restore(self, state: State) -> None:
         """See :meth:`ExplicitModel.restore`."""
         super().restore(state)
         put_back(state, "beams", self.beams, CHANGING)
-        self.tracker.restore(under(state, "tracker"))
+        self.tracker.restore(without_prefix(state, "tracker"))
 
     def name_of(self, node: int) -> str:
         """System and number of the yarn that owns ``node``."""

@@ -101,7 +101,7 @@ _FORBIDDEN = re.compile(f"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff\ufdd
 _LABEL = 70
 
 
-def parts(text: str) -> list[str]:
+def wrap_points(text: str) -> list[str]:
     """``text`` cut where a line may end (``<wbr>``), so that tables fit a phone."""
     found = []
     for word in _JOINTS.split(text):
@@ -114,7 +114,7 @@ def without_forbidden(text: str) -> str:
     return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)
 
 
-def label(text: str) -> str:
+def legend_label(text: str) -> str:
     """``text`` as one line of a legend, with dollar signs that begin no formula."""
     plain = "".join(c if c.isprintable() else " " for c in text)
     return (plain if len(plain) <= _LABEL else plain[: _LABEL - 3] + "...").replace("$", r"\$")

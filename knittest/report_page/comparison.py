@@ -7,16 +7,22 @@ from pathlib import Path
 from knittest.base.figure import save
 from knittest.base.result_rows import SIZED, ResultRow
 from knittest.report_page.blocks import Block, Cell, Gallery, Picture, Section, Table, Text, Tone
-from knittest.report_page.curves import overlay, overlay_figure, sizes_differ
-from knittest.report_page.loading import LoadedRun
-from knittest.report_page.parameters import leaves, shown, shown_quantity, sourced, unit_of
+from knittest.report_page.curves import overlay_blocks, overlay_figure, sizes_differ
+from knittest.report_page.loaded_run import LoadedRun
+from knittest.report_page.parameters import (
+    format_quantity,
+    format_value,
+    plain_settings,
+    quantities_with_sources,
+    unit_of,
+)
 from knittest.report_page.pictures import CAPTIONS, fields, fields_figure_of, picture
 from knittest.report_page.results import rows_of
 
 #: columns of runs that fit a sheet of paper
-ABREAST = 4
+RUNS_ABREAST = 4
 #: factor above which a change in percent is left out
-TOO_FAR = 10.0
+LARGEST_RATIO = 10.0
 #: instead of a change of force between specimens of different size
 OTHER_SIZE = "different size"
 #: pictures of several runs that are shown next to each other
@@ -36,14 +42,14 @@ def overview(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Section:
     return Section("overview", "Runs", [table, *(Text(note, "warn") for note in notes)], level=2)
 
 
-def side_by_side(runs: Sequence[LoadedRun]) -> Section:
+def results_side_by_side(runs: Sequence[LoadedRun]) -> Section:
     """Section with the results of each test in columns, the change against the first run, and the curves."""
     blocks: list[Block] = []
-    for rig, group in by_test(runs):
-        for start in range(0, len(group), ABREAST):
-            table = _results(rig, group[start : start + ABREAST], group[0])
+    for rig, group in group_by_test(runs):
+        for start in range(0, len(group), RUNS_ABREAST):
+            table = _results(rig, group[start : start + RUNS_ABREAST], group[0])
             blocks += [table] if table else []
-        blocks += overlay(group)
+        blocks += overlay_blocks(group)
         blocks += fields(group)
         blocks += _pictures(group)
     return Section("comparison", "Side by side", blocks, level=2)
@@ -52,17 +58,19 @@ def side_by_side(runs: Sequence[LoadedRun]) -> Section:
 def differences(runs: Sequence[LoadedRun]) -> Section:
     """Section with the parameters and settings that differ between runs of a test, and differing provenance."""
     blocks: list[Block] = []
-    for rig, group in by_test(runs):
+    for rig, group in group_by_test(runs):
         if len(group) > 1:
-            blocks += _differing(f"{rig or 'test not stated'}: parameters and settings that differ", group, _settings)
-    blocks += _differing("Provenance that differs", runs, lambda run: run.manifest.facts())
+            blocks += _difference_table(
+                f"{rig or 'test not stated'}: parameters and settings that differ", group, _settings
+            )
+    blocks += _difference_table("Provenance that differs", runs, lambda run: run.manifest.facts())
     return Section("differences", "What differs", blocks, level=2)
 
 
 def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
     """Write curves and fields of the runs of each test next to ``page``; returns the PNG files."""
     written = []
-    for rig, group in by_test(runs):
+    for rig, group in group_by_test(runs):
         for what, figure in (("curve", overlay_figure(group)), ("shear-field", fields_figure_of(group)[0])):
             if figure is not None:
                 written.append(page.with_name(f"{page.stem}-{rig}-{what}.png"))
@@ -70,7 +78,9 @@ def print_pictures(runs: Sequence[LoadedRun], page: Path) -> list[Path]:
     return written
 
 
-def _differing(caption: str, runs: Sequence[LoadedRun], facts: Callable[[LoadedRun], dict[str, str]]) -> list[Block]:
+def _difference_table(
+    caption: str, runs: Sequence[LoadedRun], facts: Callable[[LoadedRun], dict[str, str]]
+) -> list[Block]:
     columns = [facts(run) for run in runs]
     names = dict.fromkeys(name for column in columns for name in column)
     rows = {name: [column.get(name, "-") for column in columns] for name in names}
@@ -78,14 +88,14 @@ def _differing(caption: str, runs: Sequence[LoadedRun], facts: Callable[[LoadedR
     if not rows:
         return [Text(f"{caption}: none.")]
     blocks: list[Block] = []
-    for start in range(0, len(runs), ABREAST):
-        here = slice(start, start + ABREAST)
+    for start in range(0, len(runs), RUNS_ABREAST):
+        here = slice(start, start + RUNS_ABREAST)
         cells = [(Cell(name), *map(Cell, values[here])) for name, values in rows.items()]
-        blocks.append(Table(caption, ("field", *map(_head, runs[here])), cells))
+        blocks.append(Table(caption, ("field", *map(_column_head, runs[here])), cells))
     return blocks
 
 
-def by_test(runs: Sequence[LoadedRun]) -> Iterator[tuple[str, list[LoadedRun]]]:
+def group_by_test(runs: Sequence[LoadedRun]) -> Iterator[tuple[str, list[LoadedRun]]]:
     """Runs of each test in the order of their names."""
     for rig, group in groupby(sorted(runs, key=lambda r: r.rig), key=lambda r: r.rig):
         yield rig, list(group)
@@ -104,19 +114,19 @@ def _results(rig: str, runs: Sequence[LoadedRun], first: LoadedRun) -> Table | N
     ]
     if not rows:
         return None
-    header = ("quantity", *(_head(run) for run in runs))
+    header = ("quantity", *(_column_head(run) for run in runs))
     caption = f"{rig or 'test not stated'}: results; small print: change against run {first.number}, deviation, kind"
     return Table(caption, header, rows, tuple(range(1, len(header))))
 
 
-def shown_abreast(runs: Sequence[LoadedRun]) -> frozenset[str]:
+def shared_pictures(runs: Sequence[LoadedRun]) -> frozenset[str]:
     """Names of the pictures shown next to each other for ``runs`` of one test."""
     return frozenset(ABREAST_PICTURES if len(runs) > 1 else ())
 
 
 def _pictures(runs: Sequence[LoadedRun]) -> list[Block]:
     blocks: list[Block] = []
-    for name in filter(shown_abreast(runs).__contains__, ABREAST_PICTURES):
+    for name in filter(shared_pictures(runs).__contains__, ABREAST_PICTURES):
         found = [
             picture(run.path / name, f"Run {run.number}: {CAPTIONS[name].lower()}")
             for run in runs
@@ -134,30 +144,31 @@ def _result(row: ResultRow | None, base: ResultRow | None, other_size: bool, ref
         return Cell("-")
     change = OTHER_SIZE if other_size else _change(row.value, None if base is None else base.value)
     parts = [change] if base is not None and base is not row else []
-    parts += [part for part in (row.deviation, row.kind_told) if part != "-"]
+    parts += [part for part in (row.deviation, row.kind_text) if part != "-"]
     parts += [row.verdict] if refused else []
     return Cell(row.simulated, row.value, note=", ".join(part for part in parts if part))
 
 
 def _change(value: float | None, base: float | None) -> str:
     """Change in percent; empty where it is unknown, zero or too large."""
-    if value is None or base is None or base == 0.0 or value == base or abs(value / base) > TOO_FAR:
+    if value is None or base is None or base == 0.0 or value == base or abs(value / base) > LARGEST_RATIO:
         return ""
     return f"{round(100.0 * (value / base - 1.0), 1) + 0.0:+} %"  # no -0.0
 
 
 def _settings(run: LoadedRun) -> dict[str, str]:
     fabric = {
-        ".".join(path): f"{shown_quantity(q)}{unit_of(path, run.rig)} ({q['source']})" for path, q in sourced(run)
+        ".".join(path): f"{format_quantity(q)}{unit_of(path, run.rig)} ({q['source']})"
+        for path, q in quantities_with_sources(run)
     }
     plain = {
-        ".".join(path): shown(value) + (unit_of(path, run.rig) if isinstance(value, int | float) else "")
-        for path, value in leaves(run.config)
+        ".".join(path): format_value(value) + (unit_of(path, run.rig) if isinstance(value, int | float) else "")
+        for path, value in plain_settings(run.config)
     }
     return plain | fabric
 
 
-def _head(run: LoadedRun) -> str:
+def _column_head(run: LoadedRun) -> str:
     direction = run.summary.direction or run.setting("rig", "direction")
     return f"run {run.number}" + (f" ({direction})" if direction else "")
 

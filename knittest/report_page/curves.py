@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knittest.base.figure import BLACK, BLUE, GREEN, ORANGE, PINK, RED, SKY, dress, new_figure
+from knittest.base.figure import BLACK, BLUE, GREEN, ORANGE, PINK, RED, SKY, new_figure, style_axes
 from knittest.base.history import Array
-from knittest.base.result_rows import SIZED, of_nominal_size, unfolded
+from knittest.base.result_rows import SIZED, to_nominal_size, unfold_results
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE, ReferenceCurve
 from knittest.export.line_picture import EndPoint, Level, Reference, draw_end_point, draw_reference
 from knittest.laboratory.report_base import CurveAxes
-from knittest.report_page.blocks import Block, Picture, Section, Text, label
+from knittest.report_page.blocks import Block, Picture, Section, Text, legend_label
 from knittest.report_page.files import Columns
-from knittest.report_page.loading import LoadedRun
+from knittest.report_page.loaded_run import LoadedRun
 from knittest.report_page.pictures import data_uri
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ class Series:
 
 
 @dataclass(frozen=True)
-class Beside:
+class CurveReferences:
     """References that are drawn with a curve."""
 
     reference: ReferenceCurve | None = None
@@ -59,7 +59,7 @@ class Beside:
     levels: Sequence[Level] = ()
 
 
-def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Beside] = ()) -> "Figure | None":
+def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[CurveReferences] = ()) -> "Figure | None":
     """Figure of the curves; ``None`` when no curve has two points that can be drawn."""
     from matplotlib import rc_context
 
@@ -76,16 +76,16 @@ def curve_figure(series: Sequence[Series], axes: CurveAxes, beside: Sequence[Bes
         figure = new_figure(4.7, 4.3)
         figure.set_layout_engine("constrained")
         plot = figure.add_subplot()
-        dress(plot)
+        style_axes(plot)
         for number, one in enumerate(drawable):
             _draw_series(plot, one, number)
         for around in beside:
-            _draw_beside(plot, around)
+            _draw_references(plot, around)
         plot.set(xlabel=axes.xlabel, ylabel=axes.ylabel)
         if axes.logarithmic:
             plot.set_yscale("log")
         handles, labels = plot.get_legend_handles_labels()
-        once = dict(zip(map(label, labels), handles, strict=True))  # runs of one fabric share their reference
+        once = dict(zip(map(legend_label, labels), handles, strict=True))  # runs of one fabric share their reference
         height = figure.get_figheight() + _LINE * max(len(once) - _FITTING, 0)
         figure.set_figheight(height)  # the curves keep their size
         figure.legend(once.values(), once.keys(), loc="outside lower left", frameon=False, fontsize=9)
@@ -107,7 +107,7 @@ def _draw_series(plot: "Axes", series: Series, number: int) -> None:
         )  # fmt: skip
 
 
-def _draw_beside(plot: "Axes", beside: Beside) -> None:
+def _draw_references(plot: "Axes", beside: CurveReferences) -> None:
     curve = beside.reference
     if curve is not None:
         if curve.sd is not None:
@@ -124,21 +124,21 @@ def _draw_beside(plot: "Axes", beside: Beside) -> None:
 PEAK = "peak_force_n"
 
 
-def curve(run: LoadedRun) -> tuple[Section, bool]:
+def curve_section(run: LoadedRun) -> tuple[Section, bool]:
     """Section with the curve of one run, and whether the curve shows all that curve.png does."""
-    blocks = _chart([run], [f"simulated{_state(run)}"])
+    blocks = _curve_blocks([run], [f"simulated{_state(run)}"])
     drawn = any(isinstance(block, Picture) for block in blocks)
     ensemble = run.report is not None and run.report.axes.mean in run.curve
     others = len(run.comparison.curves) - (run.reference[0] is not None)  # curves of the user
     return Section(f"run-{run.number}-curve", "Curve", blocks), drawn and not ensemble and others <= 0
 
 
-def overlay(runs: Sequence[LoadedRun]) -> list[Block]:
+def overlay_blocks(runs: Sequence[LoadedRun]) -> list[Block]:
     """Picture of the curves of runs of one test."""
-    return _chart(runs, [_name(run) for run in runs])
+    return _curve_blocks(runs, [_run_label(run) for run in runs])
 
 
-def _name(run: LoadedRun) -> str:
+def _run_label(run: LoadedRun) -> str:
     """Number of a run, with its direction and scale where they are known."""
     direction = run.summary.direction or run.setting("rig", "direction")
     scale = run.summary.scale or run.setting("model", "scale")
@@ -146,7 +146,7 @@ def _name(run: LoadedRun) -> str:
     return f"run {run.number}{f', {known}' if known else ''}{_state(run)}"
 
 
-def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
+def _curve_blocks(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
     from matplotlib import rc_context
 
     report, differ = runs[0].report, sizes_differ(runs)
@@ -154,7 +154,7 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
         return [Text(f"No curve is known for the test {runs[0].rig or '(not stated)'}.", "warn")]
     if differ is None:
         return [Text("The curves are not shown together: the size of a specimen is unknown.", "warn")]
-    series, axes, beside, problems = _drawn(runs, labels, differ)
+    series, axes, beside, problems = _collect_curves(runs, labels, differ)
     blocks: list[Block] = [Text(f"The curve of the experiment is not shown: {problem}", "warn") for problem in problems]
     figure = curve_figure(series, axes, beside)
     if figure is None:
@@ -175,17 +175,17 @@ def _chart(runs: Sequence[LoadedRun], labels: Sequence[str]) -> list[Block]:
 
 
 def overlay_figure(runs: Sequence[LoadedRun]) -> "Figure | None":
-    """Figure of :func:`overlay`; ``None`` where it has none."""
+    """Figure of :func:`overlay_blocks`; ``None`` where it has none."""
     differ = sizes_differ(runs)
     if runs[0].report is None or differ is None:
         return None
-    series, axes, beside, _ = _drawn(runs, [_name(run) for run in runs], differ)
+    series, axes, beside, _ = _collect_curves(runs, [_run_label(run) for run in runs], differ)
     return curve_figure(series, axes, beside)
 
 
-def _drawn(
+def _collect_curves(
     runs: Sequence[LoadedRun], labels: Sequence[str], differ: bool
-) -> tuple[list[Series], CurveAxes, list[Beside], list[str]]:
+) -> tuple[list[Series], CurveAxes, list[CurveReferences], list[str]]:
     """Curves of ``runs``, axes, references and their problems; forces without size where sizes ``differ``."""
     report = runs[0].report
     assert report is not None
@@ -195,12 +195,12 @@ def _drawn(
     for run, name in zip(runs, labels, strict=True):
         columns, own = run.curve, report.axes
         if run.run is not None and free:
-            own, columns = report.size_free(run.run, columns)
+            own, columns = report.size_free_curve(run.run, columns)
         elif run.run is not None:
-            columns = report.for_nominal_size(run.run, columns)
+            columns = report.scale_to_nominal_size(run.run, columns)
         axes = own if run is runs[0] else axes
         series.append(_series(run, own, columns, name, free=free))
-    beside = [_beside(run, len(runs) > 1, free) for run in runs]
+    beside = [_curve_references(run, len(runs) > 1, free) for run in runs]
     problems = [run.reference[1] for run in runs if run.reference[1]]
     return [s for s in series if s is not None], axes, beside, problems
 
@@ -219,10 +219,10 @@ def sizes_differ(runs: Sequence[LoadedRun]) -> bool | None:
 
 def _peaks(run: LoadedRun, axes: CurveAxes, *, free: bool) -> Array | None:
     """Place and size of the largest force of each specimen, (n, 2), ``free`` of the specimen's size or not."""
-    results = unfolded(run.summary.plain()["results"])
+    results = unfold_results(run.summary.plain()["results"])
     force = SIZED.get(PEAK, "") if free else PEAK
     if not free and run.run is not None and run.report is not None and PEAK in results:
-        results[PEAK] = of_nominal_size(results[PEAK], run.report.factors(run.run))
+        results[PEAK] = to_nominal_size(results[PEAK], run.report.factors(run.run))
     found = [value["values"] for name in (axes.peak, force) if isinstance(value := results.get(name), Mapping)]
     if len(found) < 2 or any(number is None for values in found for number in values):
         return None
@@ -239,10 +239,10 @@ def _series(run: LoadedRun, axes: CurveAxes, columns: Columns, label: str, *, fr
     return None
 
 
-def _beside(run: LoadedRun, several: bool, free: bool = False) -> Beside:
+def _curve_references(run: LoadedRun, several: bool, free: bool = False) -> CurveReferences:
     """References of a run, with forces ``free`` of the size or not; ``several`` runs name their direction."""
     if run.run is None or run.report is None:
-        return Beside()
+        return CurveReferences()
     which = f", {run.run.direction}" if several and run.run.direction else ""
     size = run.report.size(run.run)[0] if free else 1.0
     compared = {row.quantity: row for row in run.summary.comparison}
@@ -258,7 +258,7 @@ def _beside(run: LoadedRun, several: bool, free: bool = False) -> Beside:
         if reference.y_name == FORCE:
             sd = None if reference.sd is None else reference.sd / size
             reference = replace(reference, mean=reference.mean / size, sd=sd)
-    return Beside(reference, source, end_point, run.report.levels(run.run))
+    return CurveReferences(reference, source, end_point, run.report.levels(run.run))
 
 
 def _state(run: LoadedRun) -> str:

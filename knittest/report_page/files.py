@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
-from knittest.base.files import read_regular, replacing
+from knittest.base.files import read_regular, replace_file
 from knittest.base.result_rows import result_rows
 from knittest.base.summary import Summary as Written
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 MAX_JSON = 5_000_000
 MAX_TABLE = 50_000_000
 #: characters of a message that a page shows
-SHOWN = 600
+LONGEST_PROBLEM = 600
 #: characters of the name of a sheet in a workbook, at most
-SHEET = 31
+SHEET_NAME_LENGTH = 31
 
 Columns = dict[str, np.ndarray]
 Number = float | None
@@ -56,7 +56,7 @@ class ComparedRow(BaseModel):
     given: bool = False
 
 
-class LooserLimit(BaseModel):
+class RelaxedLimit(BaseModel):
     """A limit relaxed against the preset."""
 
     name: str
@@ -66,7 +66,7 @@ class LooserLimit(BaseModel):
     accepted: bool = False
 
 
-class Unjudged(BaseModel):
+class PeaksAfterFailure(BaseModel):
     """Peaks after the first failure, where the quality checks end."""
 
     specimens: int
@@ -91,9 +91,9 @@ class Summary(BaseModel):
     warnings: list[str] = []
     numerical_error: dict[str, dict[str, Number | str]] = {}
     verification: dict[str, object] = {}
-    limits: list[LooserLimit] = []
+    limits: list[RelaxedLimit] = []
     rest: dict[str, Number | Spread | dict[str, Number | Spread]] = {}
-    unjudged: Unjudged | None = None
+    unjudged: PeaksAfterFailure | None = None
 
     def plain(self) -> Written:
         """The same as plain data, as the run writes it."""
@@ -141,17 +141,17 @@ class Reader:
         self.folder = folder
         self.problems: list[str] = []
 
-    def complain(self, problem: object) -> None:
+    def add_problem(self, problem: object) -> None:
         """Note a problem, without the path of the folder."""
         text = "; ".join(str(problem).replace(f"{self.folder}/", "").splitlines())
-        self.problems.append(text if len(text) <= SHOWN else text[:SHOWN] + " ...")
+        self.problems.append(text if len(text) <= LONGEST_PROBLEM else text[:LONGEST_PROBLEM] + " ...")
 
     def raw(self, name: str, limit: int) -> bytes | None:
         """Bytes of a file; ``None`` and a problem if it cannot be read."""
         try:
             return read_regular(self.folder / name, limit, "a run writes less")
         except InputError as error:
-            self.complain(error)
+            self.add_problem(error)
             return None
 
     def model(self, name: str, model: type[Model]) -> Model:
@@ -164,14 +164,14 @@ class Reader:
             if not isinstance(data, Mapping):
                 raise ValueError(f"expected an object, found {type(data).__name__}")
         except (ValueError, RecursionError) as error:
-            self.complain(f"{name}: cannot be read: {error}")
+            self.add_problem(f"{name}: cannot be read: {error}")
             return model()
         try:
             return model.model_validate(data)
         except ValidationError as error:
             for finding in error.errors():
                 where = ".".join(str(part) for part in finding["loc"])
-                self.complain(f"{name}: {where}: {finding['msg']}")
+                self.add_problem(f"{name}: {where}: {finding['msg']}")
             bad = {finding["loc"][0] for finding in error.errors()}
             return model.model_validate({key: value for key, value in data.items() if key not in bad})
 
@@ -184,7 +184,7 @@ class Reader:
             return {}
         numbers = table.apply(pd.to_numeric, errors="coerce").dropna(axis="columns", how="all")
         if numbers.empty:
-            self.complain(f"{name}: has no numbers")
+            self.add_problem(f"{name}: has no numbers")
         return {str(column): numbers[column].to_numpy(float) for column in numbers}
 
     def frame(self, name: str) -> "DataFrame | None":
@@ -197,7 +197,7 @@ class Reader:
         try:
             return pd.read_csv(io.BytesIO(raw))
         except (ValueError, OverflowError, pd.errors.ParserError) as error:
-            self.complain(f"{name}: cannot be read: {error}")
+            self.add_problem(f"{name}: cannot be read: {error}")
             return None
 
 
@@ -215,7 +215,7 @@ def write_workbook(folder: Path, target: Path) -> list[str]:
     if target.suffix != ".xlsx":
         raise InputError(f"--out {target}: expected a file that ends with .xlsx")
     results: list[str] = []
-    sheets = {"results": (results, found)} if not (found := pd.DataFrame(_results(folder))).empty else {}
+    sheets = {"results": (results, found)} if not (found := pd.DataFrame(_result_rows(folder))).empty else {}
     for path in (*sorted(folder.glob("*.csv")), *sorted(folder.glob("*/*.csv"))):
         lines = read_regular(path, MAX_TABLE, "a table has less").decode("utf-8", errors="replace").splitlines()
         head = list(takewhile(lambda line: line.startswith("#"), lines))
@@ -226,7 +226,7 @@ def write_workbook(folder: Path, target: Path) -> list[str]:
             raise InputError(f"{path}: not a table: {error}") from None
     if not sheets:
         raise InputError(f"{folder}: has no table (CSV)")
-    with replacing(target) as temporary, pd.ExcelWriter(temporary, engine="openpyxl") as writer:
+    with replace_file(target) as temporary, pd.ExcelWriter(temporary, engine="openpyxl") as writer:
         for name, (head, table) in sheets.items():
             table.to_excel(writer, sheet_name=name, index=False, startrow=len(head))
             for k, line in enumerate(head):
@@ -237,15 +237,15 @@ def write_workbook(folder: Path, target: Path) -> list[str]:
 def _sheet_name(text: str, others: Iterable[str]) -> str:
     """``text`` as a valid name of a sheet that differs from ``others``, whatever the capitals."""
     text, known = re.sub(r"[\[\]:*?/\\]", "_", text), {other.lower() for other in others}
-    names = (text[-SHEET:], *(f"{text[: SHEET - 5]} {k}" for k in range(2, len(known) + 3)))
+    names = (text[-SHEET_NAME_LENGTH:], *(f"{text[: SHEET_NAME_LENGTH - 5]} {k}" for k in range(2, len(known) + 3)))
     return next(name for name in names if name.lower() not in known)
 
 
-def _results(folder: Path) -> Iterator[dict[str, object]]:
+def _result_rows(folder: Path) -> Iterator[dict[str, object]]:
     for path in (*folder.glob("summary.json"), *sorted(folder.glob("*/summary.json"))):
         summary = Reader(path.parent).model(path.name, Summary)
         for row in result_rows(summary.plain(), refused=bool(summary.refused)):
             yield {
                 "run": path.parent.name, "quantity": row.label, "simulated": row.value, "experiment": row.experiment,
-                "deviation": row.deviation, "kind": row.kind_told, "verdict": row.verdict,
+                "deviation": row.deviation, "kind": row.kind_text, "verdict": row.verdict,
             }  # fmt: skip

@@ -9,23 +9,30 @@ from pathlib import Path
 
 from knittest import __version__
 from knittest.base.errors import InputError
-from knittest.base.figure import Printing, printed
+from knittest.base.figure import Printing, use_printing
 from knittest.base.files import write_atomic
-from knittest.config.sources import numbers_of
+from knittest.config.sources import parameter_set_text
 from knittest.export.identity import data_files, sha256_files, sha256_text
-from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, parts, without_forbidden
-from knittest.report_page.comparison import by_test, differences, overview, print_pictures, shown_abreast, side_by_side
-from knittest.report_page.curves import curve
+from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, without_forbidden, wrap_points
+from knittest.report_page.comparison import (
+    differences,
+    group_by_test,
+    overview,
+    print_pictures,
+    results_side_by_side,
+    shared_pictures,
+)
+from knittest.report_page.curves import curve_section
 from knittest.report_page.folders import command_folder, find_runs
-from knittest.report_page.gates import gates
-from knittest.report_page.loading import LoadedRun, load_run
-from knittest.report_page.parameters import parameters, shown
+from knittest.report_page.loaded_run import LoadedRun, load_run
+from knittest.report_page.parameters import format_value, parameters
 from knittest.report_page.pictures import data_uri, pictures
-from knittest.report_page.results import ending, results
+from knittest.report_page.quality_checks import quality_section
+from knittest.report_page.results import ending_notices, results
 from knittest.report_page.studies import studies
 
 
-def repeat(run: LoadedRun) -> Section:
+def repeat_section(run: LoadedRun) -> Section:
     """Section with the command, the resolved config, the provenance, and files that changed since the run."""
     blocks: list[Block] = []
     if run.config_text and run.run is not None:
@@ -109,9 +116,9 @@ def write_reports(paths: list[Path], out: Path | None, printing: Printing | None
         raise InputError("; ".join(notes))
     target = target_file(paths, out)
     alone = len(runs) == 1 and not notes
-    write_page(target, run_page(runs[0], target.parent) if alone else _comparison(runs, notes))
+    write_page(target, run_page(runs[0], target.parent) if alone else _comparison_page(runs, notes))
     if printing is not None:
-        with printed(printing):
+        with use_printing(printing):
             print_pictures(runs, target)
     return target, len(runs)
 
@@ -126,10 +133,10 @@ def run_page(run: LoadedRun, place: Path) -> Page:
     return Page(run.title, fabric, [Section("summary", "Run", blocks, 2), *(replace(s, level=2) for s in rest)])
 
 
-def _comparison(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
+def _comparison_page(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
     """Page of several runs: overview and comparison, then each run."""
-    sections = [overview(runs, notes), side_by_side(runs), differences(runs)]
-    above = {run.number: shown_abreast(group) for _, group in by_test(runs) for run in group}
+    sections = [overview(runs, notes), results_side_by_side(runs), differences(runs)]
+    above = {run.number: shared_pictures(group) for _, group in group_by_test(runs) for run in group}
     for run in runs:
         sections += run_sections(run, above[run.number])
     return Page(f"Comparison of {len(runs)} runs", "", sections)
@@ -137,11 +144,11 @@ def _comparison(runs: Sequence[LoadedRun], notes: Sequence[str]) -> Page:
 
 def run_sections(run: LoadedRun, above: frozenset[str] = frozenset()) -> list[Section]:
     """All sections on one run, without the pictures shown ``above``; checks, studies, parameters, provenance folded."""
-    shown_curve, complete = curve(run)
-    head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", ending(run), level=2)
+    shown_curve, complete = curve_section(run)
+    head = Section(f"run-{run.number}", f"Run {run.number}: {run.title}", ending_notices(run), level=2)
     described = parameters(run)
     described = replace(described, blocks=[_facts(run), *described.blocks])
-    rest = [gates(run), *studies(run), described, repeat(run)]
+    rest = [quality_section(run), *studies(run), described, repeat_section(run)]
     return [head, results(run), shown_curve, pictures(run, complete, above), *(replace(s, folded=True) for s in rest)]
 
 
@@ -151,7 +158,7 @@ def render(page: Page) -> str:
 
     loader = PackageLoader("knittest.report_page")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    environment.filters["parts"] = parts
+    environment.filters["parts"] = wrap_points
     html = environment.get_template("page.html").render(page=page, generator=GENERATOR, version=__version__)
     return without_forbidden(html)
 
@@ -164,8 +171,8 @@ def _facts(run: LoadedRun) -> Table:
         "scale": run.setting("model", "scale") or run.summary.scale,
         "direction": run.setting("rig", "direction") or run.summary.direction,
         "preset": run.setting("model", "preset"),
-        "parameter set": numbers_of(str(run.setting("parameters") or "")),
-        "specimens": variability if variability is None else shown(variability),
+        "parameter set": parameter_set_text(str(run.setting("parameters") or "")),
+        "specimens": variability if variability is None else format_value(variability),
         "status": run.manifest.status,
         "run folder": run.name,
     }

@@ -7,13 +7,13 @@ from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir
-from knittest.base.layout import nearest
-from knittest.config.fields import place
-from knittest.config.sources import numbers_of
+from knittest.base.layout import shorten_path
+from knittest.config.fields import field_at
+from knittest.config.sources import parameter_set_text
 from knittest.experiment.curves import load_curve
-from knittest.experiment.origin import borrowed
+from knittest.experiment.origin import borrowed_curves
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text
-from knittest.report_page.loading import LoadedRun
+from knittest.report_page.loaded_run import LoadedRun
 
 #: captions of the sources of parameters, in the order of a page
 SOURCES = {
@@ -34,7 +34,7 @@ def parameters(run: LoadedRun) -> Section:
     blocks: list[Block] = []
     if not run.config:
         blocks.append(Text("config.yaml could not be read, so the parameters are unknown.", "warn"))
-    found = list(sourced(run))
+    found = list(quantities_with_sources(run))
     known = [*SOURCES, *sorted({str(q["source"]) for _, q in found} - set(SOURCES))]
     for source in known:
         rows = [_row(run, path, q) for path, q in found if str(q["source"]) == source]
@@ -48,9 +48,9 @@ def parameters(run: LoadedRun) -> Section:
     return Section(f"run-{run.number}-parameters", "Specimen and parameters", blocks)
 
 
-def sourced(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
+def quantities_with_sources(run: LoadedRun) -> Iterator[tuple[Path, Mapping[str, Any]]]:
     """Quantities of the config; a curve whose header names another fabric counts as assumed."""
-    owners = borrowed(run.run.fabric) if run.run else {}
+    owners = borrowed_curves(run.run.fabric) if run.run else {}
     for path, quantity in quantities(run.config):
         if owner := owners.pop(".".join(path).removeprefix("fabric."), ""):
             origin = f"curve of {owner}, by its header; the fabric file states {quantity['source']}"
@@ -78,7 +78,7 @@ def quantities(fields: object) -> Iterator[tuple[Path, Mapping[str, Any]]]:
             yield path, {**value, "value": value.get("curve") or f"{len(points)} points"}
 
 
-def leaves(fields: object) -> Iterator[tuple[Path, Any]]:
+def plain_settings(fields: object) -> Iterator[tuple[Path, Any]]:
     """Path and value of every field that is no quantity."""
     return ((path, value) for path, value in _walk(fields) if not isinstance(value, Mapping))
 
@@ -96,30 +96,30 @@ def is_quantity(value: object) -> bool:
     return isinstance(value, Mapping) and "value" in value and "source" in value
 
 
-def shown_quantity(quantity: Mapping[str, object]) -> str:
+def format_quantity(quantity: Mapping[str, object]) -> str:
     """Value and standard deviation of a quantity."""
     sd = quantity.get("sd")
-    return shown(quantity["value"]) + (f" ± {shown(sd)}" if sd is not None else "")
+    return format_value(quantity["value"]) + (f" ± {format_value(sd)}" if sd is not None else "")
 
 
-def shown(value: object) -> str:
+def format_value(value: object) -> str:
     """A number with six digits, anything else as text."""
     if isinstance(value, float):
         return f"{value:g}"
     if value == []:
         return "none"
     text = "none" if value is None else "yes" if value is True else "no" if value is False else str(value)
-    return nearest(text) if FilePath(text).is_absolute() else text
+    return shorten_path(text) if FilePath(text).is_absolute() else text
 
 
 def unit_of(path: Path, rig: str) -> str:
     """Unit of a field after a space; empty without unit, and for an unknown field."""
-    field = place(path, rig)
+    field = field_at(path, rig)
     return f" {field.unit}" if field and field.unit and field.unit != "1" else ""
 
 
 def _row(run: LoadedRun, path: Path, quantity: Mapping[str, object]) -> tuple[Cell, ...]:
-    field = place(path, run.rig)
+    field = field_at(path, run.rig)
     value = quantity["value"]
     number = float(value) if isinstance(value, int | float) else None
     origins = {"fitted to": quantity.get("tuned_on"), "chosen by": quantity.get("chosen_by")}
@@ -128,7 +128,7 @@ def _row(run: LoadedRun, path: Path, quantity: Mapping[str, object]) -> tuple[Ce
     )
     return (
         Cell(".".join(path).removeprefix("fabric."), note=field.description if field else ""),
-        Cell(shown_quantity(quantity) + unit_of(path, run.rig), number),
+        Cell(format_quantity(quantity) + unit_of(path, run.rig), number),
         Cell(str(quantity.get("ref") or "not stated"), note=fitted),
     )
 
@@ -136,15 +136,15 @@ def _row(run: LoadedRun, path: Path, quantity: Mapping[str, object]) -> tuple[Ce
 def _settings(run: LoadedRun) -> Iterator[tuple[str, list[tuple[Path, Any]]]]:
     """Settings that are no quantities, by caption, without the discretisation of the other scale."""
     other = {"macro": "meso", "meso": "macro"}.get(str(run.setting("model", "scale")))
-    listed = {path for path, _ in sourced(run)}
-    found = [(p, v) for p, v in leaves(run.config) if p and p[:2] != ("model", other) and p not in listed]
+    listed = {path for path, _ in quantities_with_sources(run)}
+    found = [(p, v) for p, v in plain_settings(run.config) if p and p[:2] != ("model", other) and p not in listed]
     yield "Fabric: description, laws, files", [(p, v) for p, v in found if p[0] == "fabric"]
     yield "Settings of test, model and solver", [(p, v) for p, v in found if p[0] != "fabric"]
 
 
 def _setting(run: LoadedRun, path: Path, value: object) -> tuple[Cell, ...]:
-    field = place(path, run.rig)
+    field = field_at(path, run.rig)
     unit = unit_of(path, run.rig) if isinstance(value, int | float) else ""
     meaning = field.description if field and path[-1] != "kind" else ""
-    text = numbers_of(str(value)) if path == ("parameters",) else shown(value)
+    text = parameter_set_text(str(value)) if path == ("parameters",) else format_value(value)
     return Cell(".".join(path)), Cell(text + unit), Cell(meaning)

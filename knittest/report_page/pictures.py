@@ -13,20 +13,20 @@ from knittest.base.figure import png
 from knittest.base.files import read_regular
 from knittest.export.field_pictures import PlanField, fields_figure
 from knittest.report_page.blocks import Block, Picture, Section, Text
-from knittest.report_page.loading import LoadedRun
+from knittest.report_page.loaded_run import LoadedRun
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
 MAX_BYTES = 40_000_000
-MOST = 20
+MOST_PICTURES = 20
 #: largest width of a picture on a page [pixel]
-WIDEST = 1600
+LARGEST_WIDTH = 1600
 #: bytes per pixel above which a PNG file is a shaded picture, and the WebP quality of those (of 100)
 SHADED, KEPT = 0.15, 88
 #: width up to which a picture keeps its size [pixel]
-NARROW = 700
+NARROW_WIDTH = 700
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 CAPTIONS = {
     "deformed.png": "The specimen, deformed",
@@ -51,11 +51,11 @@ def pictures(run: LoadedRun, curve_complete: bool, above: frozenset[str]) -> Sec
     shown = [name for name in names if name in above]
     names = [name for name in names if name not in above]
     blocks += [Text(f"Shown above with the other runs: {', '.join(shown)}.")] if shown else []
-    for name in names[:MOST]:
+    for name in names[:MOST_PICTURES]:
         early = ", when the run ended early" if ".incomplete." in name else ""
         blocks.append(picture(run.path / name, CAPTIONS.get(name.replace(".incomplete.", "."), name) + early))
-    if len(names) > MOST:
-        blocks.append(Text(f"The run folder has {len(names) - MOST} more pictures."))
+    if len(names) > MOST_PICTURES:
+        blocks.append(Text(f"The run folder has {len(names) - MOST_PICTURES} more pictures."))
     return Section(f"run-{run.number}-pictures", "Pictures", blocks or [Text("This run has no pictures.")])
 
 
@@ -68,14 +68,14 @@ def picture(path: Path, caption: str) -> Block:
     if not raw.startswith(SIGNATURE):
         return Text(f"{path.name}: not a PNG picture", "warn")
     try:
-        uri = light(raw)
+        uri = compress_picture(raw)
     except Exception as error:  # whatever the decoder meets in a damaged file
         return Text(f"{path.name}: cannot be read as PNG ({error})", "warn")
     named = f"{caption} ({path.name})"
-    return Picture(uri, named, named, wide=int.from_bytes(raw[16:20]) > NARROW)
+    return Picture(uri, named, named, wide=int.from_bytes(raw[16:20]) > NARROW_WIDTH)
 
 
-def light(png: bytes) -> str:
+def compress_picture(png: bytes) -> str:
     """The ``png`` file as a WebP URI: drawings without loss, shaded pictures with a small one."""
     from PIL import Image
 
@@ -83,8 +83,8 @@ def light(png: bytes) -> str:
         image = Image.new("RGB", opened.size, "white")
         image.paste(opened.convert("RGB"), mask=opened.convert("RGBA").getchannel("A"))
     shaded = len(png) > SHADED * image.width * image.height
-    if image.width > WIDEST:
-        image.thumbnail((WIDEST, image.height), Image.Resampling.LANCZOS)
+    if image.width > LARGEST_WIDTH:
+        image.thumbnail((LARGEST_WIDTH, image.height), Image.Resampling.LANCZOS)
     buffer = io.BytesIO()
     image.save(buffer, "WEBP", lossless=not shaded, quality=KEPT)
     return data_uri(buffer.getvalue(), "image/webp")
@@ -110,7 +110,7 @@ def fields(runs: Sequence[LoadedRun]) -> list[Block]:
         return blocks
     caption = f"{TITLE}: one colour scale; lower row: difference from the first run"
     try:
-        uri = light(png(figure))
+        uri = compress_picture(png(figure))
     except Exception as error:  # of any kind in the encoder
         return [Text(f"{caption}: cannot be drawn ({error})", "warn"), *blocks]
     return [Picture(uri, caption, caption, wide=True), *blocks]

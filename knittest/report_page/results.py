@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from knittest.base.history import rest_rows, unjudged_note
+from knittest.base.history import equilibrium_rows, unchecked_peak_note
 from knittest.base.result_rows import (
     FEW,
     KINDS,
@@ -18,13 +18,13 @@ from knittest.base.result_rows import (
     assumed_inputs,
     error_text,
     result_rows,
-    unfolded,
+    unfold_results,
 )
-from knittest.experiment.compare import ERRORS, UNRATED
+from knittest.experiment.comparison import ERRORS, UNRATED
 from knittest.laboratory.numerical_error import error_notes
 from knittest.report_page.blocks import Block, Cell, Section, Table, Text, Tone
 from knittest.report_page.files import Number
-from knittest.report_page.loading import LoadedRun
+from knittest.report_page.loaded_run import LoadedRun
 
 ERROR_HEADER = ("quantity", "at half the speed", "on the other mesh", "numerical error")
 _VERDICTS: dict[str, Tone] = {
@@ -32,7 +32,7 @@ _VERDICTS: dict[str, Tone] = {
     **dict.fromkeys(("not comparable", UNRESOLVED, FEW, UNSCATTERED), "warn"),
 }  # fmt: skip
 #: error of a peak, a strain or a force at an angle that has a notice above the table [%]
-FAR_OFF = 10.0
+LARGE_ERROR = 10.0
 HEADER = ("quantity", "simulated", "experiment", "deviation", "kind")
 _PREDICTED = "predicted: no parameter was fitted to this row"
 
@@ -73,7 +73,7 @@ def rows_of(run: LoadedRun) -> list[ResultRow]:
     return result_rows(run.summary.plain(), refused=bool(run.summary.refused))
 
 
-def ending(run: LoadedRun) -> list[Block]:
+def ending_notices(run: LoadedRun) -> list[Block]:
     """Notices on how the run ended, on warnings and on missing files."""
     manifest, blocks = run.manifest, list[Block]()
     if manifest.status == "running":
@@ -117,15 +117,15 @@ def results(run: LoadedRun) -> Section:
         if assumed := assumed_inputs(plain, rows):
             blocks.append(Text(f"Assumed inputs behind these results: {', '.join(assumed)}.", "warn"))
         blocks += error_blocks(run)
-        note = unjudged_note(plain.get("unjudged"))
+        note = unchecked_peak_note(plain.get("unjudged"))
         blocks += [_sentence(note)] if note else []
-        relaxed = rest_rows(unfolded(plain.get("rest") or {}))
+        relaxed = equilibrium_rows(unfold_results(plain.get("rest") or {}))
         if relaxed:
             caption = "Relaxed fabric before the test, in the middle third of the specimen or in the cell"
             blocks.append(Table(caption, (), [(Cell(name), Cell(text)) for name, text in relaxed]))
     else:
         blocks.append(Text("This run has no results.", "warn"))
-    blocks += [block for curve in run.comparison.curves for block in _metrics(curve)]
+    blocks += [block for curve in run.comparison.curves for block in _metrics_blocks(curve)]
     return Section(f"run-{run.number}-results", "Results and deviations", blocks)
 
 
@@ -134,7 +134,7 @@ def _cells(row: ResultRow, *, refused: bool) -> tuple[Cell, ...]:
     return (
         Cell(row.label), Cell(row.simulated, row.value), Cell(experiment, note=scaled.removesuffix(")")),
         Cell(row.deviation, note=row.verdict, tone="bad" if refused else _VERDICTS.get(row.verdict, "")),
-        Cell(row.kind, note=row.on_assumed),
+        Cell(row.kind, note=row.assumed_note),
     )  # fmt: skip
 
 
@@ -148,7 +148,7 @@ def curve_errors(metrics: Mapping[str, Any]) -> list[tuple[str, Any]]:
     return errors
 
 
-def _metrics(curve: Mapping[str, Any]) -> list[Block]:
+def _metrics_blocks(curve: Mapping[str, Any]) -> list[Block]:
     """Comparison of the curve with one reference, with a notice of large errors above it."""
     against = f"{curve.get('judged_against', 'a curve')} ({curve.get('reference_kind', 'kind not stated')})"
     note = f"; {curve['note']}" if curve.get("note") else ""
@@ -160,13 +160,13 @@ def _metrics(curve: Mapping[str, Any]) -> list[Block]:
     if (rms := curve.get("rmse_pct_of_peak")) is not None:
         rows.append((Cell("rms error"), _number(rms, "% of the peak")))
     numbers = [(name, value) for name, value in errors if isinstance(value, int | float)]
-    rows.append((Cell("rating after ISO/TS 18571, 0 to 1"), _rating(curve, rated=bool(numbers))))
+    rows.append((Cell("rating after ISO/TS 18571, 0 to 1"), _rating_cell(curve, rated=bool(numbers))))
     table = Table(f"Curve compared with {against}{note}", ("metric", "value"), rows, (1,))
-    far = [f"{name}: {value:+.0f} %" for name, value in numbers if abs(value) > FAR_OFF]
+    far = [f"{name}: {value:+.0f} %" for name, value in numbers if abs(value) > LARGE_ERROR]
     return [Text(f"Curve compared with {against}: {', '.join(far)}", "bad"), table] if far else [table]
 
 
-def _rating(curve: Mapping[str, Any], *, rated: bool) -> Cell:
+def _rating_cell(curve: Mapping[str, Any], *, rated: bool) -> Cell:
     """Rating of a curve with errors (``rated``), else why there is none; older runs wrote one without errors."""
     rating = curve.get("rating")
     reason = UNRATED.get(curve.get("reference_kind", ""), "") or curve.get("no_rating", "")

@@ -12,11 +12,11 @@ from urllib.parse import quote
 from knittest.base.kinds import kinds
 from knittest.base.result_rows import LABELS
 from knittest.experiment.tables import SpeedRow, shear_bands, speed_rows
-from knittest.laboratory.halving import LIMIT, change
+from knittest.laboratory.halved_setting import LIMIT, change
 from knittest.laboratory.records import Study
 from knittest.report_page.blocks import Block, Cell, Code, Section, Table, Text
 from knittest.report_page.files import Manifest, Reader
-from knittest.report_page.loading import LoadedRun
+from knittest.report_page.loaded_run import LoadedRun
 from knittest.report_page.pictures import data_uri
 
 NOT_STUDIED = (
@@ -83,10 +83,10 @@ def _number(value: float, form: str) -> Cell:
 
 
 #: columns of a table besides those that name the row
-BESIDE = 6
+COLUMNS_ABREAST = 6
 #: folders whose manifests are read
 MOST_MANIFESTS = 300
-_INSIDE = re.compile(r"trials/\w{1,64}")
+_TRIAL_PATH = re.compile(r"trials/\w{1,64}")
 
 
 @dataclass(frozen=True)
@@ -98,14 +98,14 @@ class Column:
     numeric: bool = False
 
 
-def wide(caption: str, naming: Sequence[Column], columns: Sequence[Column]) -> list[Block]:
+def split_table(caption: str, naming: Sequence[Column], columns: Sequence[Column]) -> list[Block]:
     """``columns`` in tables of :data:`BESIDE` at most, each with the ``naming`` ones in front."""
     tables: list[Block] = []
-    for start in range(0, max(len(columns), 1), BESIDE):
-        part = [*naming, *columns[start : start + BESIDE]]
+    for start in range(0, max(len(columns), 1), COLUMNS_ABREAST):
+        part = [*naming, *columns[start : start + COLUMNS_ABREAST]]
         rows = list(zip(*(column.cells for column in part), strict=True))
         numeric = tuple(k for k, column in enumerate(part) if column.numeric)
-        more = f", columns {start + 1} to {start + len(part) - len(naming)}" if len(columns) > BESIDE else ""
+        more = f", columns {start + 1} to {start + len(part) - len(naming)}" if len(columns) > COLUMNS_ABREAST else ""
         tables.append(Table(caption + more, tuple(column.name for column in part), rows, numeric))
     return tables
 
@@ -113,7 +113,7 @@ def wide(caption: str, naming: Sequence[Column], columns: Sequence[Column]) -> l
 def link(folder: Path, trial: str, at: Path) -> str:
     """Relative path from ``at`` to the page, else the folder, of ``trial`` in ``folder``; empty for other names."""
     place = folder / trial
-    if not _INSIDE.fullmatch(trial) or not place.is_dir():
+    if not _TRIAL_PATH.fullmatch(trial) or not place.is_dir():
         return ""
     page = place / "report.html"
     target = os.path.relpath(page if page.is_file() else place, at)

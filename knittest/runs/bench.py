@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from knittest.base.machine import processor_ticks, taken_share
+from knittest.base.machine import processor_ticks, steal_share
 from knittest.config.run import Run
 from knittest.kernels.explicit import SCRATCH
 from knittest.kernels.threading import best_threads
@@ -14,13 +14,13 @@ from knittest.kernels.vec import PARTITIONS
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.yarn_model import YarnModel
 from knittest.runs.specimen import prepare
-from knittest.solve.compiling import warm
-from knittest.solve.simulate import simulate
+from knittest.solve.compilation import load_kernels
+from knittest.solve.simulation import simulate
 
 STEPS, REPEATS = 50, 5
 
 
-def _median(call: Callable[[], object]) -> float:
+def _median_time(call: Callable[[], object]) -> float:
     call()
     times = []
     for _ in range(REPEATS):
@@ -30,7 +30,7 @@ def _median(call: Callable[[], object]) -> float:
     return statistics.median(times)
 
 
-def _stepping(run: Run, contact: bool) -> tuple[Callable[[], object], int, int]:
+def _stepping_call(run: Run, contact: bool) -> tuple[Callable[[], object], int, int]:
     """A call that advances a new model by STEPS without motion, and its numbers of elements and yarn contacts."""
     meso = run.model.meso.model_copy(update={"contact": contact})
     prepared = prepare(run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})}))
@@ -49,7 +49,7 @@ def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
     import numba
 
     for run in (yarns, shells):
-        warm(run, threads=best_threads(None))
+        load_kernels(run, threads=best_threads(None))
     cases = [
         ("beams", yarns, False), ("beams and contact", yarns, True),
         ("loops and contact", loops, True), ("shells of forming", shells, False),
@@ -58,13 +58,13 @@ def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
     yield "".join((*heads, f"{'ns/element-step':>17}", f"{'M element-steps/s':>19}"))
     before = processor_ticks()
     for name, run, contact in cases:
-        call, elements, contacts = _stepping(run, contact)
+        call, elements, contacts = _stepping_call(run, contact)
         for threads in sorted({1, best_threads(None)}):
             numba.set_num_threads(threads)
-            seconds = _median(call) / STEPS / elements
+            seconds = _median_time(call) / STEPS / elements
             each = f"{contacts / elements:.2f}" if contact else "-"
             yield f"{name:<20}{elements:>10}{each:>15}{threads:>9}{1e9 * seconds:>17.1f}{1e-6 / seconds:>19.1f}"
-    taken = taken_share(before, processor_ticks())
+    taken = steal_share(before, processor_ticks())
     share = "not known" if taken is None else f"{100.0 * taken:.1f} %"
     yield f"processor time taken by the host: {share}"
 

@@ -20,11 +20,11 @@ from knittest.base.history import Cost, History, Mesh, Overlaps, Quality, Specim
 from knittest.base.interrupts import Interrupts
 from knittest.export.files import Damaged, read_arrays, write_arrays
 from knittest.export.identity import Identity
-from knittest.models.explicit_model import State, arrays_of, entry, prefixed, under
+from knittest.models.explicit_model import State, arrays_of, checked_array, with_prefix, without_prefix
 from knittest.solve.state import Observer, Snapshot, frame_of, frame_state
 
 PATTERN = "checkpoint-*.npz"
-KEPT = 2
+KEPT_CHECKPOINTS = 2
 #: key in a checkpoint: share of the configured speed
 SPEED_SHARE = "speed_share"
 
@@ -62,10 +62,12 @@ class Checkpoints:
         identities, lost = list[Identity](), list[int]()
         for specimen in self._begun():
             identity = self._finished_identity(specimen)
-            if identity is None and (newest := self.newest(specimen)) is not None:
+            if identity is None and (newest := self.newest_checkpoint(specimen)) is not None:
                 identity = newest[0]
                 self.reached = max(self.reached, newest[1].time)
-                self._needed |= {p for k in range(len(newest[1].frames)) for p in _frames(self.folder, specimen, k)}
+                self._needed |= {
+                    p for k in range(len(newest[1].frames)) for p in _frame_paths(self.folder, specimen, k)
+                }
             if identity is None:
                 lost.append(specimen)
             else:
@@ -80,16 +82,16 @@ class Checkpoints:
             self.tell(f"{self.folder}: no file of specimen {specimen + 1} can be read; the specimen is run again")
         return identities
 
-    def tidy(self) -> None:
+    def remove_unused(self) -> None:
         """Remove damaged and incomplete files, and frames later than the states."""
         later = set(self.folder.glob("checkpoint-frame-*.npz")) - self._needed
         for path in [*self._damaged, *later, *self.folder.glob(".*.tmp*")]:
             remove(path)
 
-    def newest(self, specimen: int) -> tuple[Identity, Snapshot] | None:
+    def newest_checkpoint(self, specimen: int) -> tuple[Identity, Snapshot] | None:
         """Newest valid checkpoint of ``specimen`` with its identity; ``None`` if there is none."""
         for number in sorted(self._numbers(specimen), reverse=True):
-            path = _path(self.folder, specimen, number)
+            path = _checkpoint_path(self.folder, specimen, number)
             try:
                 state = read_arrays(path)
                 identity = dict(json.loads(str(state.pop("identity"))))
@@ -102,47 +104,47 @@ class Checkpoints:
 
     def is_finished(self, specimen: int) -> bool:
         """Tell whether ``specimen`` is stored as finished."""
-        return _finished(self.folder, specimen).exists()
+        return _finished_path(self.folder, specimen).exists()
 
     def finished(self, specimen: int) -> State | None:
         """State of a finished specimen; ``None`` if there is none."""
         if not self.is_finished(specimen):
             return None
         try:
-            return {k: v for k, v in read_arrays(_finished(self.folder, specimen)).items() if k != "identity"}
+            return {k: v for k, v in read_arrays(_finished_path(self.folder, specimen)).items() if k != "identity"}
         except Damaged as error:
             self.tell(f"{error}; specimen {specimen + 1} is run again")
             return None
 
     @contextmanager
-    def keeping(self, specimen: int, keeper: "SpecimenKeeper | None" = None) -> Iterator["SpecimenKeeper"]:
+    def hold_signals(self, specimen: int, keeper: "SpecimenKeeper | None" = None) -> Iterator["SpecimenKeeper"]:
         """``keeper`` of a specimen; inside, signals wait for the next checkpoint once the simulation has begun."""
         keeper = keeper or SpecimenKeeper(self, specimen)
-        with self.interrupts.held(when=lambda: keeper.began):
+        with self.interrupts.hold_signals(when=lambda: keeper.began):
             yield keeper
         self.interrupts.check()
 
     def write(self, specimen: int, snapshot: Snapshot) -> None:
         """Write the next checkpoint and its new frames, then remove the third newest."""
         for k, frame in enumerate(snapshot.frames):
-            for path in _frames(self.folder, specimen, k):
+            for path in _frame_paths(self.folder, specimen, k):
                 if not path.exists():
                     write_arrays(path, frame)
         numbers = self._numbers(specimen)
         newest = max(numbers, default=0) + 1
-        write_arrays(_path(self.folder, specimen, newest), self._labelled(snapshot.state, specimen))
+        write_arrays(_checkpoint_path(self.folder, specimen, newest), self._add_identity(snapshot.state, specimen))
         for number in numbers:
-            if number <= newest - KEPT:
-                remove(_path(self.folder, specimen, number))
+            if number <= newest - KEPT_CHECKPOINTS:
+                remove(_checkpoint_path(self.folder, specimen, number))
 
     def write_failed(self, specimen: int, snapshot: Snapshot) -> None:
         """Write the state at a numerical error; a full disk must not hide that error."""
         with suppress(ResourceError):
-            write_arrays(self.folder / "checkpoint-failed.npz", self._labelled(snapshot.state, specimen))
+            write_arrays(self.folder / "checkpoint-failed.npz", self._add_identity(snapshot.state, specimen))
 
     def write_finished(self, specimen: int, state: State) -> None:
         """Write a finished specimen and remove its checkpoints and frames."""
-        write_arrays(_finished(self.folder, specimen), self._labelled(state, specimen))
+        write_arrays(_finished_path(self.folder, specimen), self._add_identity(state, specimen))
         self.drop(specimen)
 
     def drop(self, specimen: int) -> None:
@@ -151,13 +153,13 @@ class Checkpoints:
             for path in self.folder.glob(name):
                 remove(path)
 
-    def _labelled(self, state: Mapping[str, np.ndarray], specimen: int) -> State:
+    def _add_identity(self, state: Mapping[str, np.ndarray], specimen: int) -> State:
         return {**state, "identity": np.array(json.dumps(self.identity)), "specimen": np.array(specimen)}
 
     def _frame(self, specimen: int, frame: int, needed_by: str) -> State:
         """Frame from its file or its copy; raises :class:`Damaged` when neither is valid."""
         damaged = []
-        for path in _frames(self.folder, specimen, frame):
+        for path in _frame_paths(self.folder, specimen, frame):
             if not path.exists():
                 damaged.append(f"{path.name}, which {needed_by} needs, is missing")
                 continue
@@ -175,7 +177,7 @@ class Checkpoints:
     def _finished_identity(self, specimen: int) -> Identity | None:
         if not self.is_finished(specimen):
             return None
-        path = _finished(self.folder, specimen)
+        path = _finished_path(self.folder, specimen)
         try:
             return dict(json.loads(str(read_arrays(path)["identity"])))
         except Damaged as error:
@@ -206,12 +208,12 @@ class SpecimenKeeper(Observer):
         """Newest checkpoint of the specimen, if there is one."""
         self.began = True
         self.due = time.monotonic() + self.store.interval
-        newest = self.store.newest(self.specimen)
+        newest = self.store.newest_checkpoint(self.specimen)
         return None if newest is None else newest[1]
 
     def speed_share(self) -> float:
         """Share of the configured speed of the newest checkpoint; 1 if there is none."""
-        newest = self.store.newest(self.specimen)
+        newest = self.store.newest_checkpoint(self.specimen)
         self._speed_share = 1.0 if newest is None else float(newest[1].state.get(SPEED_SHARE, 1.0))
         return self._speed_share
 
@@ -247,15 +249,15 @@ def remove(path: Path) -> None:
         path.rename(path.with_name(f"{path.stem}-not-a-file-{time.time_ns()}"))
 
 
-def _finished(folder: Path, specimen: int) -> Path:
+def _finished_path(folder: Path, specimen: int) -> Path:
     return folder / f"checkpoint-specimen-{specimen:04d}.npz"
 
 
-def _path(folder: Path, specimen: int, number: int) -> Path:
+def _checkpoint_path(folder: Path, specimen: int, number: int) -> Path:
     return folder / f"checkpoint-{specimen:04d}-{number:04d}.npz"
 
 
-def _frames(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
+def _frame_paths(folder: Path, specimen: int, frame: int) -> tuple[Path, Path]:
     name = f"checkpoint-frame-{specimen:04d}-{frame:04d}"
     return folder / f"{name}.npz", folder / f"{name}-copy.npz"
 
@@ -281,27 +283,33 @@ def specimen_state(specimen: Specimen, frames: bool) -> State:
         "rest": specimen.rest,
     }
     state = {"plain": np.array(json.dumps(plain, default=np.generic.item))} | arrays_of("mesh", mesh, MESH_ARRAYS)
-    state |= prefixed("curve", history.curve) | prefixed("energies", history.energies)
-    state |= prefixed("yarns", specimen.yarns) | prefixed("contacts", history.contacts)
+    state |= with_prefix("curve", history.curve) | with_prefix("energies", history.energies)
+    state |= with_prefix("yarns", specimen.yarns) | with_prefix("contacts", history.contacts)
     state |= arrays_of("history", history, ("tool_force",))
     for k in range(n_frames):
-        state |= prefixed(f"frame-{k:04d}", frame_state(history.frames[k]))
+        state |= with_prefix(f"frame-{k:04d}", frame_state(history.frames[k]))
     return state
 
 
 def specimen_of(state: State) -> Specimen:
     """Specimen of a state written by :func:`specimen_state`."""
-    plain = json.loads(str(entry(state, "plain")))
-    arrays = {name: entry(state, f"mesh/{name}") for name in MESH_ARRAYS}
+    plain = json.loads(str(checked_array(state, "plain")))
+    arrays = {name: checked_array(state, f"mesh/{name}") for name in MESH_ARRAYS}
     mesh = Mesh(plain["kind"], part_names=tuple(plain["part_names"]), **arrays)
-    frames = [frame_of(under(state, f"frame-{k:04d}")) for k in range(plain["n_frames"])]
+    frames = [frame_of(without_prefix(state, f"frame-{k:04d}")) for k in range(plain["n_frames"])]
     overlaps = Overlaps(**(plain["overlaps"] | {"worst": tuple(plain["overlaps"]["worst"])}))
     history = History(
-        mesh, under(state, "curve"), under(state, "energies"), frames, plain["first_failure"],
-        under(state, "contacts"), entry(state, "history/tool_force"), overlaps, plain.get("peak"),
+        mesh, without_prefix(state, "curve"), without_prefix(state, "energies"), frames, plain["first_failure"],
+        without_prefix(state, "contacts"), checked_array(state, "history/tool_force"), overlaps, plain.get("peak"),
     )  # fmt: skip
     lists = {name: tuple(plain["quality"][name]) for name in ("failures", "warnings")}
     quality = Quality(**(plain["quality"] | lists))
     return Specimen(
-        history, plain["results"], quality, Cost(**plain["cost"]), under(state, "yarns"), plain["facts"], plain["rest"]
+        history,
+        plain["results"],
+        quality,
+        Cost(**plain["cost"]),
+        without_prefix(state, "yarns"),
+        plain["facts"],
+        plain["rest"],
     )

@@ -10,36 +10,36 @@ import numba
 import numpy as np
 
 from knittest.base.errors import NumericalError
-from knittest.base.history import Cost, History, Overlaps, Quality, Specimen, rest_numbers
+from knittest.base.history import Cost, History, Overlaps, Quality, Specimen, equilibrium_numbers
 from knittest.base.progress import Progress
-from knittest.config.gates import limits_judged
+from knittest.config.quality_checks import check_relaxed_limits
 from knittest.config.run import Run
 from knittest.fabric.cell import CellSpec, Munden
-from knittest.kernels.threading import limited
-from knittest.laboratory.after_rest import KINETIC, LIMITS, SPEED, at_speed, check_speed
-from knittest.laboratory.base import Prepared, cut_curve_warnings
+from knittest.kernels.threading import limit_threads
+from knittest.laboratory.base import PreparedSpecimen, cut_curve_warnings
 from knittest.laboratory.report_base import TESTS
+from knittest.laboratory.restart import KINETIC, LIMITS, SPEED, check_speed, with_speed
 from knittest.runs.checkpoints import Checkpoints, SpecimenKeeper
-from knittest.solve.compiling import warm
-from knittest.solve.settled_cell import too_coarse, with_draw_in
+from knittest.solve.compilation import load_kernels
+from knittest.solve.relaxed_cell import mesh_fault, with_loop_shortening
 from knittest.solve.state import SILENT, TESTING, Observer, SimulationCost, Snapshot, TooFastError
 
 #: fact of a specimen: loop shortening [-]
-DRAWN = "draw_in"
+LOOP_SHORTENING = "draw_in"
 #: quality of a specimen whose simulation ended early
-UNJUDGED = Quality(np.nan, np.nan, np.nan, np.nan, np.nan, False, ())
+NO_QUALITY = Quality(np.nan, np.nan, np.nan, np.nan, np.nan, False, ())
 #: lowest share of the configured speed
 SLOWEST = 0.1
 #: elements below which a second thread costs more time than it saves
 SERIAL_BELOW = 2000
 
 
-def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> PreparedSpecimen:
     """Build model and rig of specimen number ``specimen``; raises :class:`InputError` if its loops lock."""
-    drawn = with_draw_in(run, _axial_share(run))
-    prepared: Prepared = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
+    drawn = with_loop_shortening(run, _axial_share(run))
+    prepared: PreparedSpecimen = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
     draw_in = drawn.fabric.knitting.draw_in_fraction if run.model.scale == "meso" else None
-    return prepared if draw_in is None else replace(prepared, facts=prepared.facts | {DRAWN: draw_in})
+    return prepared if draw_in is None else replace(prepared, facts=prepared.facts | {LOOP_SHORTENING: draw_in})
 
 
 def threads_for(elements: int) -> int:
@@ -50,21 +50,21 @@ def threads_for(elements: int) -> int:
 def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Specimen:
     """Build, compile, simulate and measure specimen number ``specimen``.
 
-    Where the speed is too high, some tests restart at a lower one (:mod:`knittest.laboratory.after_rest`). Raises
+    Where the speed is too high, some tests restart at a lower one (:mod:`knittest.laboratory.restart`). Raises
     :class:`NumericalError`, whose ``partial`` is the specimen up to the error.
     """
     start = clock.perf_counter(), clock.process_time()
-    lowered = Lowered(observer.speed_share())
+    lowered = LoweredSpeed(observer.speed_share())
     while True:
         try:
-            return _run_at(run, lowered, specimen, observer, start)
+            return _run_at_speed(run, lowered, specimen, observer, start)
         except TooFastError as error:
-            lowered = Lowered(max(lowered.share * error.share, SLOWEST), error.reason)
+            lowered = LoweredSpeed(max(lowered.share * error.share, SLOWEST), error.reason)
             observer.restarts(lowered.share, f"{error.reason}; restart at {lowered.share * run.solver.speed:.3g} m/s")
 
 
 @dataclass(frozen=True)
-class Lowered:
+class LoweredSpeed:
     """Share of the configured speed at which a specimen is run, and the ``reason`` for a share below 1."""
 
     share: float
@@ -78,18 +78,18 @@ class Lowered:
         return tuple(LIMITS) if self.share == 1.0 else (KINETIC,)
 
 
-def _run_at(
-    configured: Run, lowered: Lowered, specimen: int, observer: Observer, begun: tuple[float, float]
+def _run_at_speed(
+    configured: Run, lowered: LoweredSpeed, specimen: int, observer: Observer, begun: tuple[float, float]
 ) -> Specimen:
     """Run a specimen at the speed of ``lowered``; ``begun``: wall and processor time [s] at the start of all tries."""
-    run, (start, cpu) = at_speed(configured, lowered.share * configured.solver.speed), begun
+    run, (start, cpu) = with_speed(configured, lowered.share * configured.solver.speed), begun
     test = TESTS[run.rig.kind]
     lowers = test.lowers_speed and run.model.scale == "meso"
     speed = {SPEED: run.solver.speed} if lowers else {}
     prepared = replace(prepare(run, specimen, observer), restarts=lowered.restarts if lowers else ())
     elements = len(prepared.model.mesh.cells)
     threads = threads_for(elements)
-    compile_s = warm(run, observer, threads)
+    compile_s = load_kernels(run, observer, threads)
 
     def made(history: History, cost: SimulationCost, results: dict[str, float], quality: Quality) -> Specimen:
         costs = Cost(
@@ -98,13 +98,13 @@ def _run_at(
         )  # fmt: skip
         rest = {}
         if history.rest is not None:
-            draw_in = prepared.facts.get(DRAWN)
+            draw_in = prepared.facts.get(LOOP_SHORTENING)
             munden = Munden.of(CellSpec.of(run.fabric), draw_in or 0.0)
-            rest = rest_numbers(history.rest, munden.courses, munden.stitches, draw_in)
+            rest = equilibrium_numbers(history.rest, munden.courses, munden.stitches, draw_in)
         return Specimen(history, results, quality, costs, prepared.yarns, prepared.facts, rest)
 
     try:
-        with limited(threads):
+        with limit_threads(threads):
             history, cost = test.solve(prepared, run, observer)
     except NumericalError as error:
         if isinstance(error.partial, tuple):
@@ -113,16 +113,16 @@ def _run_at(
             results: dict[str, float] = dict(speed)
             with suppress(Exception):  # some pictures need results; some results need the end of the test
                 results = test.results(run, prepared, history) | speed
-            error.partial = made(history, cost, results, replace(UNJUDGED, failures=(str(error),)))
+            error.partial = made(history, cost, results, replace(NO_QUALITY, failures=(str(error),)))
         raise
-    quality = limits_judged(run, test.assess(run, prepared, history, cost))
-    if coarse := too_coarse(run, _axial_share(run)):
-        quality = quality.refusing(coarse)
-    quality = quality.warning(*cut_curve_warnings(run))
+    quality = check_relaxed_limits(run, test.assess(run, prepared, history, cost))
+    if coarse := mesh_fault(run, _axial_share(run)):
+        quality = quality.with_failed_check(coarse)
+    quality = quality.with_warnings(*cut_curve_warnings(run))
     check_speed(run, prepared.restarts, quality)
     if lowered.share < 1.0:
         why = lowered.reason or "an energy ratio exceeded its limit"
-        quality = quality.warning(
+        quality = quality.with_warnings(
             f"run at {run.solver.speed:.3g} m/s instead of {configured.solver.speed:g} m/s (solver.speed): {why}"
         )
     results = test.results(run, prepared, history) | speed
@@ -164,7 +164,7 @@ class Watcher(SpecimenKeeper):
         """Show the progress."""
         self._progress.update(fraction, time_ms, step_us, kinetic_ratio)
 
-    def settling(self, fraction: float) -> None:
+    def relaxation_progress(self, fraction: float) -> None:
         """Show the progress."""
         self._progress.update(fraction, nan, nan, nan)
 

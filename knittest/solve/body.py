@@ -9,21 +9,28 @@ from numpy.typing import ArrayLike
 from knittest.base.arrays import Array, Index
 from knittest.base.errors import InputError, NumericalError
 from knittest.kernels.shell_state import Laminate, set_strength
-from knittest.kernels.threading import best_threads, limited
+from knittest.kernels.threading import best_threads, limit_threads
 from knittest.kernels.tool_contact import tool_energies
 from knittest.models.boundary import Boundary, Readings, new_tally, take_readings
 from knittest.models.chains import Chain, build_chains
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
-from knittest.models.inputs import above, across_shells, chain_fields, chain_points, finite, quadrilaterals
+from knittest.models.inputs import (
+    chain_fields,
+    chain_points,
+    finite_array,
+    number_above,
+    quadrilaterals,
+    warp_direction,
+)
 from knittest.models.macro import build_sheet
-from knittest.models.natural_state import of_one_sign, turned_further
+from knittest.models.natural_state import rotate_quaternions, with_equal_signs
 from knittest.models.sheet_tracker import SheetContact
-from knittest.models.yarn_health import YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 from knittest.solve.pace import Pace
-from knittest.solve.relax import Relaxation, relax
-from knittest.solve.state import Stepping
+from knittest.solve.relaxation import Relaxation, relax
+from knittest.solve.state import ModelStepper
 
 #: steps between looks at displacement and damping loss
 CHUNK = 20
@@ -42,17 +49,17 @@ class Body:
     def __init__(
         self, model: ExplicitModel, safety: float = 0.9, damping: float = 0.0, threads: int | None = None
     ) -> None:
-        self.model, self.dt = model, above(safety, "safety") * model.critical_step
+        self.model, self.dt = model, number_above(safety, "safety") * model.critical_step
         if safety > 1.0:
             raise InputError(f"safety: {safety:g}; expected at most 1, the critical time step")
         if threads is not None:
-            above(threads, "threads", 1.0, equal=True)
+            number_above(threads, "threads", 1.0, equal=True)
         self.threads = threads or (1 if model.n_nodes < SMALL else best_threads(None))
         self.boundary = Boundary(model, self.dt)
-        self._damping = above(damping, "damping [1/ms]", equal=True)
+        self._damping = number_above(damping, "damping [1/ms]", equal=True)
         self._natural = self.rotation
         self._unloaded = model.position()
-        self._started: Stepping | None = None
+        self._started: ModelStepper | None = None
         self._row, self._support = np.zeros(0), np.zeros(0)
 
     @classmethod
@@ -67,9 +74,9 @@ class Body:
         if not chains:
             raise InputError("chains: expected at least one")
         for name in ("normal", "tangential", "friction", "damping") if contact else ():
-            above(getattr(contact, name), f"{name} of the contact", equal=True)
+            number_above(getattr(contact, name), f"{name} of the contact", equal=True)
         if contact is not None and contact.patch is not None:
-            above(contact.tangential, "tangential of the contact with a patch")
+            number_above(contact.tangential, "tangential of the contact with a patch")
         for number, chain in enumerate(chains):
             count = len(chain_points(chain.points, number)) - 1
             chain_fields(chain.fail_strain, chain.slack, chain.degree_of_set, chain.draw_in, count, number)
@@ -93,11 +100,11 @@ class Body:
 
         They touch themselves and each other, ``thickness`` apart, if ``self_contact`` says how.
         """
-        places = finite(points, "points", (-1, 3))
+        places = finite_array(points, "points", (-1, 3))
         conn = quadrilaterals(places, cells)
-        warp = across_shells(warp, places, conn)
-        above(area_mass, "area_mass [g/mm2]")
-        above(thickness, "thickness [mm]")
+        warp = warp_direction(warp, places, conn)
+        number_above(area_mass, "area_mass [g/mm2]")
+        number_above(thickness, "thickness [mm]")
         model = build_sheet(places, conn, laminate, area_mass, thickness, warp, contact=self_contact)
         return cls(model, **options)
 
@@ -105,7 +112,7 @@ class Body:
         """Give each shell a ``strength`` (n_el,) over the laminate's fracture strains [-]."""
         if not isinstance(self.model, FabricModel):
             raise InputError("strength: for shells only; use fail_strain of a Chain")
-        share = finite(strength, "strength", (len(self.model.mesh.cells),))
+        share = finite_array(strength, "strength", (len(self.model.mesh.cells),))
         if (share <= 0.0).any():
             raise InputError(f"strength of shell {int(np.argmax(share <= 0.0))}: expected more than 0")
         set_strength(self.model.shells, share)
@@ -115,12 +122,12 @@ class Body:
         [rad] from the rotations of the start, which carry what was bent into chains that are not fully set.
         """
         n = self.model.n_nodes
-        places = finite(position, "position", (n, 3))
-        vector = finite(turn, "turn")
-        vector = np.broadcast_to(finite(vector, "turn", (3,) if vector.ndim == 1 else (n, 3)), (n, 3))
-        rotation = turned_further(self._natural, vector)
+        places = finite_array(position, "position", (n, 3))
+        vector = finite_array(turn, "turn")
+        vector = np.broadcast_to(finite_array(vector, "turn", (3,) if vector.ndim == 1 else (n, 3)), (n, 3))
+        rotation = rotate_quaternions(self._natural, vector)
         if isinstance(self.model, YarnModel):
-            rotation = of_one_sign(rotation)
+            rotation = with_equal_signs(rotation)
         self.model.nodes.position[:, :n], self.model.nodes.rotation[:, :n] = places.T, rotation.T
 
     @property
@@ -140,22 +147,22 @@ class Body:
 
     @damping.setter
     def damping(self, value: float) -> None:
-        self._damping = above(value, "damping [1/ms]", equal=True)
+        self._damping = number_above(value, "damping [1/ms]", equal=True)
         if self._started is not None:
             self.model.nodes.damping_factor[:] = np.exp(-value * self.dt)
 
-    def start(self) -> Stepping:
+    def start(self) -> ModelStepper:
         """Fix what acts on the body; returns it with the kernel's arrays (called by :meth:`advance`)."""
         if self._started is None:
             self.model.nodes.damping_factor[:] = np.exp(-self.damping * self.dt)
             self.model.prepare()
             drive, tally = self.boundary.drive(), new_tally(self.boundary)
-            self._started = Stepping(self.model, drive, tally, self.dt, pace=Pace(self.threads))
+            self._started = ModelStepper(self.model, drive, tally, self.dt, pace=Pace(self.threads))
         return self._started
 
     def advance(self, duration: float, watch: Callable[["Body"], None] | None = None) -> None:
         """Integrate for ``duration`` [ms]; ``watch`` is called after every chunk of at most 20 steps."""
-        left = max(round(above(duration, "duration [ms]", equal=True) / self.dt), 1)
+        left = max(round(number_above(duration, "duration [ms]", equal=True) / self.dt), 1)
         self.start()
         while left > 0:
             chunk = self._safe_steps(left)
@@ -174,7 +181,7 @@ class Body:
             raise InputError(f"steps: {steps!r}; expected a whole number of at least 1")
         going = self.start()
         left = int(steps)
-        with limited(self.threads):
+        with limit_threads(self.threads):
             while left > 0:
                 chunk = self._safe_steps(left)
                 going.step(chunk)
@@ -187,19 +194,19 @@ class Body:
         return min(self.model.safe_steps(self.dt, CHUNK, self.boundary.largest_speed), left)
 
     def relax(self, must_converge: bool = True, **options: float) -> Relaxation:
-        """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relax.relax`.
+        """Find the static state under what acts at the end of all tables; see :func:`knittest.solve.relaxation.relax`.
 
         Raises :class:`InputError` where a motion does not come to its end, and :class:`NumericalError` for a state that
         is not at rest after the most steps, unless that may be, or as :meth:`step` does.
         """
-        moving = self.boundary.still_moving()
+        moving = self.boundary.unfinished_motions()
         if moving:
             raise InputError(
                 f"relax: the table of {moving[0]} ends at a nonzero speed, so there is no equilibrium; advance to the "
                 "final position first, or end the table with 0"
             )
         going = self.start()
-        with limited(self.threads):
+        with limit_threads(self.threads):
             found = relax(self.model, going.drive, going.tally, self.dt, unloaded=self._unloaded, look=None, **options)
         self._read(found.last_chunk)
         if must_converge and not found.converged:
@@ -286,7 +293,7 @@ class Body:
         Takes one step, because central differences conserve the kinetic energy of the velocities around an instant.
         """
         going = self.start()
-        stored, tools = self.model.stored(), going.drive.tools
+        stored, tools = self.model.stored_energies(), going.drive.tools
         elastic, moving, _ = tool_energies(self.model.nodes, tools, going.drive.touch, self.model.n_nodes)
         before, spinning = going.work()[0], self._spinning()
         self.step(1)
@@ -302,9 +309,9 @@ class Body:
             "damping": self.damping_loss,
             "eroded": eroded,
         }
-        balance = external + going.recovered - sum(found.values())
-        given = {"external": external, "contact_recovery": going.recovered}
-        return found | given | {"balance": balance, "friction_of_spin": going.rubbed()["spin"]}
+        balance = external + going.recovered_energy - sum(found.values())
+        given = {"external": external, "contact_recovery": going.recovered_energy}
+        return found | given | {"balance": balance, "friction_of_spin": going.friction_losses()["spin"]}
 
     def _spinning(self) -> float:
         """Rotary kinetic energy [mJ] half a step earlier."""

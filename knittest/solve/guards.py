@@ -27,7 +27,8 @@ def check_motion(run: Simulation, work: float, released: Callable[[], float]) ->
     # a sum sees any number in it that is not finite; the search for contacts would read beyond its cells
     if not (isfinite(run.kinetic) and isfinite(run.model.nodes.position.sum())):
         raise NumericalError(
-            f"the state is not finite at {run.time:.5f} ms, first at {_first_bad(run)}; reduce solver.safety or "
+            f"the state is not finite at {run.time:.5f} ms, first at {_first_invalid_node(run)}; reduce "
+            f"solver.safety or "
             "solver.speed"
         )
     limit = BLOW_UP * abs(work) + BLOW_UP_START * run.kinetic_scale
@@ -65,7 +66,7 @@ def fit_step(run: Simulation) -> None:
 def check_balance(run: Simulation) -> None:
     """Raise :class:`NumericalError` if, before anything failed, the newest row of the energies does not balance."""
     newest = run.energy_rows[-1]
-    if abs(newest["external_mj"]) <= START_UP_WORK * run.kinetic_scale or run.model.failed().any():
+    if abs(newest["external_mj"]) <= START_UP_WORK * run.kinetic_scale or run.model.count_failed().any():
         return
     made = newest["balance_error_mj"] < 0.0
     limit = STOP_ENERGY_GAIN if made else STOP_ENERGY_ERROR
@@ -78,7 +79,7 @@ def check_balance(run: Simulation) -> None:
         )
 
 
-def _first_bad(run: Simulation) -> str:
+def _first_invalid_node(run: Simulation) -> str:
     n = run.model.n_nodes
     state = np.vstack([run.model.nodes.position[:, :n], run.model.nodes.velocity[:, :n], run.model.nodes.spin[:, :n]])
     bad = np.flatnonzero(~np.isfinite(state).all(axis=0))

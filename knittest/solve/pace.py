@@ -33,14 +33,14 @@ class Pace:
         self._spent, self._next = 0.0, now()
 
     @property
-    def usual(self) -> int:
+    def usual_threads(self) -> int:
         """Threads that most of the steps so far were made with."""
         return self._steps.most_common(1)[0][0] if self._steps else self.threads
 
     def advance(self, step: Callable[[int], None], steps: int) -> None:
         """Call ``step`` for ``steps`` steps with the threads chosen; a single step is no trial."""
         trying = len(self._choices) > 1 and steps > 1 and self._now() >= self._next
-        threads = self._untried() if trying else self.threads
+        threads = self._next_untried() if trying else self.threads
         begun = self._now()
         numba.set_num_threads(threads)  # also for what is looked at between steps
         step(steps)
@@ -49,10 +49,10 @@ class Pace:
             taken = self._now() - begun
             self._spent += taken
             self._taken.setdefault(threads, []).append(taken / steps)
-            if not self._untried():
+            if not self._next_untried():
                 self._choose()
 
-    def _untried(self) -> int:
+    def _next_untried(self) -> int:
         """Next threads to try; 0 once all were."""
         least = min(map(median, self._taken.values()), default=0.0)
         for choice in self._choices:

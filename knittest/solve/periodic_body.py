@@ -8,16 +8,16 @@ from numpy.typing import ArrayLike
 
 from knittest.base.arrays import Array
 from knittest.base.errors import InputError
-from knittest.kernels.threading import limited
+from knittest.kernels.threading import limit_threads
 from knittest.models.crossings import Crossings, crossings, surfaces
-from knittest.models.inputs import finite
+from knittest.models.inputs import finite_array
 from knittest.models.periodic import PeriodicChain, build_periodic
 from knittest.models.periodic_model import NUMBERS, PeriodicModel
 from knittest.models.tool import Table, constant
-from knittest.models.yarn_health import YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.solve.body import Body
-from knittest.solve.relax import Relaxation, relax
-from knittest.solve.state import Stepping
+from knittest.solve.relaxation import Relaxation, relax
+from knittest.solve.state import ModelStepper
 
 #: relaxations of a cell with a free lattice until both it and the cell are at rest, at most
 ROUNDS = 20
@@ -53,7 +53,7 @@ class PeriodicBody(Body):
 
     def stretch(self, rate: ArrayLike, table: Table) -> None:
         """Deform the mean: the gradient F (3, 3) grows by ``rate`` (3, 3) times ``table`` [1/ms] in global axes."""
-        vectors = finite(rate, "rate of the mean gradient", (3, 3)) @ self.cell.reference.T
+        vectors = finite_array(rate, "rate of the mean gradient", (3, 3)) @ self.cell.reference.T
         for name, value in zip(NUMBERS, vectors.T.ravel(), strict=False):
             if value != 0.0:
                 scaled = Table(table.time, tuple(value * v for v in table.value))
@@ -61,7 +61,7 @@ class PeriodicBody(Body):
 
     def bend(self, table: Table, along: ArrayLike = (1.0, 0.0, 0.0)) -> None:
         """Bend the fabric: the curvature along ``along`` (3,) grows by ``table`` [1/(mm ms)], hollow towards +z."""
-        self.cell.bend_along(finite(along, "along", (3,)))
+        self.cell.bend_along(finite_array(along, "along", (3,)))
         self.cell.drive(self.boundary, "curvature", table)
 
     def free(self, *numbers: str) -> None:
@@ -69,7 +69,7 @@ class PeriodicBody(Body):
         for name in numbers:
             self.cell.free(self.boundary, name)
 
-    def start(self) -> Stepping:
+    def start(self) -> ModelStepper:
         """See :meth:`Body.start`; holds all of the lattice that is neither moved nor free."""
         if self._started is None:
             for name, group in zip(NUMBERS, self.cell.images.group, strict=True):
@@ -88,10 +88,10 @@ class PeriodicBody(Body):
         size = np.append(np.ones(6), 1.0 / np.linalg.norm(self.cell.reference))
         steps = 0
         for _ in range(ROUNDS if free.any() else 1):
-            with limited(self.threads):
+            with limit_threads(self.threads):
                 found = relax(self.model, going.drive, going.tally, self.dt, tolerance, most_steps - steps, at=0.0)
             steps += found.steps
-            pulled = float(np.abs(images.pull * size)[free].sum()) / max(self.model.pressing(), 1e-12)
+            pulled = float(np.abs(images.pull * size)[free].sum()) / max(self.model.contact_force_sum(), 1e-12)
             if pulled < tolerance or steps >= most_steps:
                 break
         found.steps, found.residual = steps, max(found.residual, pulled)

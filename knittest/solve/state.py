@@ -9,7 +9,7 @@ import numpy as np
 from numba import get_num_threads
 
 from knittest.base.arrays import Array
-from knittest.base.history import Frame, Overlaps, Rest
+from knittest.base.history import Frame, InitialEquilibrium, Overlaps
 from knittest.config.run import Solver
 from knittest.kernels import monitor
 from knittest.kernels.explicit import SCRATCH
@@ -20,12 +20,12 @@ from knittest.models.explicit_model import (
     ExplicitModel,
     State,
     arrays_of,
+    checked_array,
     columns,
-    entry,
-    prefixed,
     put_back,
     rows_of,
-    under,
+    with_prefix,
+    without_prefix,
 )
 from knittest.solve.pace import Pace
 
@@ -37,7 +37,7 @@ class Rig(Protocol):
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
     mounted_at: float = 0.0  # time [ms] until which the specimen is mounted; it relaxes then, and energies start
-    locks: bool = False  # ends where yarns lock, see :data:`knittest.solve.simulate.LOCKED`
+    locks: bool = False  # ends where yarns lock, see :data:`knittest.solve.simulation.LOCKED`
     averaged_from: float = np.inf  # time [ms] from which the tools' forces on the nodes are averaged
     marks: tuple[float, ...] = ()  # shares of the duration at which frames are wanted besides even ones
 
@@ -56,7 +56,7 @@ class Rig(Protocol):
 
 
 @dataclass
-class Stepping:
+class ModelStepper:
     """A model on its way under ``drive``, in steps of ``dt`` [ms]; ``tally`` sums up what acts on it.
 
     ``kinetic``: kinetic energy [mJ] after the last steps; ``loss_rate``: energy that damping takes in one step [mJ];
@@ -90,19 +90,19 @@ class Stepping:
         external, friction, eroded, damped = self.tally.energy[:, :4].sum(axis=0).tolist()
         return external, friction, eroded, damped
 
-    def rubbed(self) -> dict[str, float]:
+    def friction_losses(self) -> dict[str, float]:
         """Parts of the losses of friction [mJ]: against spin at crossings of yarns, at tools, in the shear of shells;
         the rest is that of sliding contacts.
         """
         return dict(zip(("spin", "tools", "shear"), self.tally.energy[:, 4:7].sum(axis=0).tolist(), strict=True))
 
     @property
-    def guided(self) -> float:
+    def guide_energy(self) -> float:
         """Energy [mJ] that damping relative to guides has given back (:meth:`Boundary.guide`)."""
         return float(self.tally.energy[:, 8].sum())
 
     @property
-    def recovered(self) -> float:
+    def recovered_energy(self) -> float:
         """Energy [mJ] that contacts found late were given (:meth:`ContactTracker.recover`)."""
         return float(self.tally.energy[:, 7].sum())
 
@@ -139,7 +139,7 @@ class TooFastError(Exception):
 
 
 @dataclass(frozen=True)
-class Kept:
+class EarlierFrame:
     """Parts of a frame of an earlier moment: time [ms], coordinate, force [N], positions of the nodes [mm]."""
 
     time: float
@@ -162,7 +162,7 @@ class Snapshot:
 
 
 @dataclass(kw_only=True)
-class Simulation(Stepping):
+class Simulation(ModelStepper):
     """State of one run between chunks; ``row_steps`` steps of the present row are done."""
 
     rig: Rig
@@ -170,7 +170,9 @@ class Simulation(Stepping):
     row_steps: int = 0
     step_share: float = 1.0  # of the time step of the start, which contacts may have shortened since
     kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
-    start_energy: Array = field(default_factory=lambda: np.zeros(0))  # elastic, as :func:`simulate._elastic` [mJ]
+    start_energy: Array = field(
+        default_factory=lambda: np.zeros(0)
+    )  # elastic, as :func:`simulate._elastic_energies` [mJ]
     eroded: float = 0.0
     samples: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)
@@ -179,9 +181,9 @@ class Simulation(Stepping):
     tool_force: Array = field(default_factory=lambda: np.zeros((0, 0)))  # sum of ``tool_rows`` samples
     tool_rows: int = 0
     overlaps: Overlaps = field(default_factory=Overlaps)
-    rest: Rest | None = None
+    rest: InitialEquilibrium | None = None
     frames: list[Frame] = field(default_factory=list)
-    at_peak: Kept | None = None
+    at_peak: EarlierFrame | None = None
     peak: float = 0.0
     cost: SimulationCost = field(default_factory=SimulationCost)
 
@@ -204,13 +206,15 @@ class Simulation(Stepping):
 
     def snapshot(self) -> Snapshot:
         """State of this run that changes, complete, as copies."""
-        state = prefixed("model", self.model.state()) | arrays_of(
+        state = with_prefix("model", self.model.state()) | arrays_of(
             "run", self, (*SCALARS, "row_steps", "rest_damping_factor", "start_energy")
         )
         state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
         state |= arrays_of("tools", self.drive.tools, MOVING) | arrays_of("touch", self.drive.touch, TOUCHING)
-        state |= prefixed("rows", columns(self.rows)) | prefixed("energies", columns(self.energy_rows))
-        state |= prefixed("contacts", columns(self.contact_rows)) | arrays_of("run", self, ("tool_force", "tool_rows"))
+        state |= with_prefix("rows", columns(self.rows)) | with_prefix("energies", columns(self.energy_rows))
+        state |= with_prefix("contacts", columns(self.contact_rows)) | arrays_of(
+            "run", self, ("tool_force", "tool_rows")
+        )
         state["samples/time"] = np.array([t for t, _ in self.samples])
         state["samples/reaction"] = np.array([r for _, r in self.samples])
         state["n_frames"] = np.array(len(self.frames))
@@ -223,41 +227,46 @@ class Simulation(Stepping):
     def restore(self, snapshot: Snapshot) -> None:
         """Put back what :meth:`snapshot` gave; raises :class:`InputError` if it is another model's."""
         state = snapshot.state
-        self.model.restore(under(state, "model"))
+        self.model.restore(without_prefix(state, "model"))
         put_back(state, "tally", self.tally, Tally._fields)
         put_back(state, "tools", self.drive.tools, MOVING)
         put_back(state, "touch", self.drive.touch, TOUCHING)
         for name in SCALARS:
-            setattr(self, name, float(entry(state, f"run/{name}", ())))
+            setattr(self, name, float(checked_array(state, f"run/{name}", ())))
         self.dt = self.first_step * self.step_share
-        self.start_energy = entry(state, "run/start_energy", self.start_energy.shape)
+        self.start_energy = checked_array(state, "run/start_energy", self.start_energy.shape)
         for name in COSTS:
-            setattr(self.cost, name, float(entry(state, f"cost/{name}", ())))
-        self.row_steps, self.cost.steps = int(entry(state, "run/row_steps", ())), int(entry(state, "cost/steps", ()))
-        self.rows, self.energy_rows = rows_of(under(state, "rows")), rows_of(under(state, "energies"))
-        self.contact_rows = rows_of(under(state, "contacts"))
-        self.tool_force = entry(state, "run/tool_force", self.tool_force.shape)
-        self.tool_rows = int(entry(state, "run/tool_rows", ()))
-        self.samples = list(zip(entry(state, "samples/time").tolist(), entry(state, "samples/reaction"), strict=True))
+            setattr(self.cost, name, float(checked_array(state, f"cost/{name}", ())))
+        self.row_steps, self.cost.steps = (
+            int(checked_array(state, "run/row_steps", ())),
+            int(checked_array(state, "cost/steps", ())),
+        )
+        self.rows, self.energy_rows = rows_of(without_prefix(state, "rows")), rows_of(without_prefix(state, "energies"))
+        self.contact_rows = rows_of(without_prefix(state, "contacts"))
+        self.tool_force = checked_array(state, "run/tool_force", self.tool_force.shape)
+        self.tool_rows = int(checked_array(state, "run/tool_rows", ()))
+        self.samples = list(
+            zip(checked_array(state, "samples/time").tolist(), checked_array(state, "samples/reaction"), strict=True)
+        )
         self.frames = [frame_of(f) for f in snapshot.frames]
         if "rest" in state:
-            self.rest = Rest(**json.loads(str(state["rest"])))
+            self.rest = InitialEquilibrium(**json.loads(str(state["rest"])))
         if "at_peak/time" in state:
-            time, coordinate, force = (float(entry(state, f"at_peak/{name}", ())) for name in FRAME)
-            place = entry(state, "at_peak/position", self.model.nodes.position.shape)
-            self.at_peak = Kept(time, coordinate, force, place)
+            time, coordinate, force = (float(checked_array(state, f"at_peak/{name}", ())) for name in FRAME)
+            place = checked_array(state, "at_peak/position", self.model.nodes.position.shape)
+            self.at_peak = EarlierFrame(time, coordinate, force, place)
 
 
 def frame_state(frame: Frame) -> State:
     """A frame as arrays."""
     state = {f"frame/{name}": np.asarray(getattr(frame, name)) for name in (*FRAME, "position")}
-    return state | prefixed("field", frame.fields)
+    return state | with_prefix("field", frame.fields)
 
 
 def frame_of(state: State) -> Frame:
     """Frame that :func:`frame_state` was made of."""
-    time, coordinate, force = (float(entry(state, f"frame/{name}", ())) for name in FRAME)
-    return Frame(time, coordinate, force, entry(state, "frame/position"), under(state, "field"))
+    time, coordinate, force = (float(checked_array(state, f"frame/{name}", ())) for name in FRAME)
+    return Frame(time, coordinate, force, checked_array(state, "frame/position"), without_prefix(state, "field"))
 
 
 #: phase in which the rig moves
@@ -279,7 +288,7 @@ class Observer:
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
         """Receive the share done (0 to 1), simulated time [ms], time step [us] and kinetic energy over work [-]."""
 
-    def settling(self, fraction: float) -> None:
+    def relaxation_progress(self, fraction: float) -> None:
         """Receive the share (0 to 1) done of the relaxation before the test."""
 
     def resume_from(self) -> Snapshot | None:

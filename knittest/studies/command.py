@@ -14,28 +14,28 @@ from knittest.base.errors import InputError, NumericalError, ResourceError
 from knittest.base.files import make_folder, write_atomic
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import Progress
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.run import Run
+from knittest.config.yaml_writer import dump
 from knittest.export.identity import cell_of
-from knittest.export.lock import fresh_folder, of_bad_input, run_name
-from knittest.kernels.threading import limited
-from knittest.laboratory.report_base import TESTS, completed
+from knittest.export.lock import ended_by_input_error, make_new_folder, run_name
+from knittest.kernels.threading import limit_threads
+from knittest.laboratory.report_base import TESTS, with_estimates
 from knittest.report_page.page import FILE, page_of, write_if_possible, write_reports
 from knittest.runs.checkpoints import PATTERN
-from knittest.runs.execute import EXIT_REFUSED, Outcome, execute
-from knittest.runs.opening import NewFolder, Place, StoppedRun, manifest_of, tidy_completed
+from knittest.runs.execute import EXIT_REJECTED, Outcome, execute
+from knittest.runs.opened_run import NewFolder, RunPlace, StoppedRun, clean_completed_run, manifest_of
 from knittest.runs.options import RunOptions
-from knittest.runs.show import open_page, print_json, print_refused, print_results
-from knittest.runs.writing import references_of
-from knittest.solve.compiling import compiling_for
+from knittest.runs.run_files import references_of
+from knittest.runs.terminal_output import open_page, print_json, print_rejected, print_results
+from knittest.solve.compilation import compile_run_in_background
 from knittest.solve.threads import use_threads
-from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.beside import Beside, run_ahead
-from knittest.studies.verify import REPEATS, finished, unverified, verified
+from knittest.studies.homogenise.derived_card import complete_cards
+from knittest.studies.trials.parallel import ParallelRuns, run_specimens_in_parallel
+from knittest.studies.verify import REPEATS, needs_verification, read_outcome, verify_outcome
 
 #: a run with its new place, or with its folder if it is completed and only has to be verified
-Job = tuple[Run, Place | Path]
+Job = tuple[Run, RunPlace | Path]
 
 
 def run_command(runs: list[Run], options: RunOptions) -> int:
@@ -46,14 +46,14 @@ def run_command(runs: list[Run], options: RunOptions) -> int:
 def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
     """Run every direction in its own folder, several of them below one parent folder."""
     use_threads(options.threads)
-    runs = completed(runs, options.quiet)
+    runs = with_estimates(runs, options.quiet)
     for run in runs:  # before there is a folder, which the corrected command would find
         references_of(run, options.against)
-        TESTS[run.rig.kind].refuse(run)
-    runs = with_cards(runs, options.quiet)
+        TESTS[run.rig.kind].check_run(run)
+    runs = complete_cards(runs, options.quiet)
     if len(runs) == 1:
         return _run_jobs([(runs[0], NewFolder(options.out))], options, None)
-    parent = options.out or fresh_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
+    parent = options.out or make_new_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
     _write_plan(parent, runs)
     try:
         outcomes = _run_jobs([(run, NewFolder(parent / run.direction)) for run in runs], options, parent)
@@ -74,7 +74,7 @@ def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[
     """Resume all runs in ``folder``; outcomes, and codes of completed runs. Raises :class:`InputError` on a change."""
     plans = [(folder / "config.yaml", folder)]
     if not plans[0][0].is_file():
-        plans = [(plan, _planned_in(plan)) for plan in sorted(folder.glob("config-*.yaml"))]
+        plans = [(plan, _planned_folder(plan)) for plan in sorted(folder.glob("config-*.yaml"))]
     if not plans:
         raise InputError(f"{folder}: not a run folder: it has no config.yaml")
     left_out: set[object] = set()  # kinds of files that the runs were started without
@@ -103,7 +103,7 @@ def _write_page(parent: Path, options: RunOptions) -> None:
         write_if_possible(parent, lambda folder: write_reports([folder], None))
 
 
-def _planned_in(plan: Path) -> Path:
+def _planned_folder(plan: Path) -> Path:
     """Folder of the run in the file ``plan``."""
     return plan.parent / plan.stem.removeprefix("config-")
 
@@ -116,9 +116,9 @@ def _remaining_job(plan: Path, folder: Path, options: RunOptions, force: bool) -
     manifest = manifest_of(folder)
     if manifest["status"] != "completed":
         return resolve(config=config, accept_limits=None), StoppedRun(folder, force)
-    tidy_completed(folder, options.pictures)
+    clean_completed_run(folder, options.pictures)
     run = resolve(config=config, accept_limits=None)
-    if unverified(folder, run):
+    if needs_verification(folder, run):
         return run, folder
     reason = f": {manifest['message']}" if manifest.get("message") else ""
     text = f"{folder}: completed on {manifest.get('ended')}{reason}; nothing to resume"
@@ -131,8 +131,8 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
     """Write the configs of ``runs``, so that all can be resumed; replaces a plan that ended with invalid input."""
     make_folder(parent)
     plans = list(parent.glob("config-*.yaml"))
-    begun = [folder for folder in map(_planned_in, plans) if folder.exists()]
-    if plans and not (begun and all(map(of_bad_input, begun))):
+    begun = [folder for folder in map(_planned_folder, plans) if folder.exists()]
+    if plans and not (begun and all(map(ended_by_input_error, begun))):
         remedy = f"continue it with: knittest resume {parent}, or choose a new folder"
         raise InputError(f"--out {parent}: holds a run; {remedy}")
     for run in runs:
@@ -149,19 +149,19 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         Interrupts() as interrupts,
         Progress(quiet=options.quiet) as progress,
         _append_resume_hint(parent),
-        interrupts.deciding(),
-        compiling_for(jobs[0][0]),
+        interrupts.translate_errors(),
+        compile_run_in_background(jobs[0][0]),
     ):
         others, threads = _parallel_runs(jobs, progress)
-        with Beside(others, options, threads) as parallel, limited(threads):
+        with ParallelRuns(others, options, threads) as parallel, limit_threads(threads):
             for run, place in jobs:
                 if not isinstance(place, Path) and place.path in others:
                     place = parallel.wait(place.path, progress)
                 if isinstance(place, Path):
-                    outcome = finished(run, place, options.against)
+                    outcome = read_outcome(run, place, options.against)
                 else:
-                    outcome = execute(run, place, interrupts, options, progress, run_ahead)
-                outcomes.append(verified(outcome, options, interrupts) if run.output.verify else outcome)
+                    outcome = execute(run, place, interrupts, options, progress, run_specimens_in_parallel)
+                outcomes.append(verify_outcome(outcome, options, interrupts) if run.output.verify else outcome)
     return outcomes
 
 
@@ -174,14 +174,14 @@ def _report(outcomes: Sequence[Outcome], options: RunOptions) -> int:
     elif not options.quiet:
         print_results(outcomes, details=options.details)
     if options.quiet:
-        print_refused(outcomes)
+        print_rejected(outcomes)
     first = next(filter(None, pages.values()), None)
     if options.open_page and first:
         open_page(Path(first))
-    return EXIT_REFUSED if any(o.quality.failures for o in outcomes) else 0
+    return EXIT_REJECTED if any(o.quality.failures for o in outcomes) else 0
 
 
-def _parallel_runs(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[Run, Place]], int]:
+def _parallel_runs(jobs: Sequence[Job], progress: Progress) -> tuple[dict[Path, tuple[Run, RunPlace]], int]:
     """Meso runs in parallel to the first one, by folder, and the threads of each, after their cell is relaxed.
 
     One thread a run takes the least processor time. A macro run ends before a process has started. Ensembles run their

@@ -8,14 +8,14 @@ from pathlib import Path
 from knittest import __version__
 from knittest.base.errors import NumericalError
 from knittest.base.files import write_atomic
-from knittest.base.kinds import kinds, names
+from knittest.base.kinds import kinds, test_names
 from knittest.base.result_rows import LABELS
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.after_rest import at_result_speed, kept_speed
-from knittest.laboratory.halving import LIMIT, Halving, change, diagnostic, halving
-from knittest.runs.show import print_text
-from knittest.studies.homogenise.yarn_card import with_cards
+from knittest.laboratory.halved_setting import LIMIT, HalvedRun, change, diagnostic_results, halve_setting
+from knittest.laboratory.restart import has_configured_speed, with_result_speed
+from knittest.runs.terminal_output import print_text
+from knittest.studies.homogenise.derived_card import complete_cards
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.runner import StudyOptions, run_all
 from knittest.studies.trials.trial import Trial, trial_of
@@ -29,7 +29,7 @@ COLUMNS = (
 class Row:
     """One result at the setting of ``study`` and at half of it, NaN for a missing one."""
 
-    study: Halving
+    study: HalvedRun
     quantity: str
     result: float
     half: float
@@ -40,15 +40,15 @@ class Row:
         return change(self.result, self.half)
 
     @property
-    def within(self) -> bool | None:
+    def is_within_tolerance(self) -> bool | None:
         """Tell whether the change is within :data:`LIMIT`; None without a change."""
         return None if math.isnan(self.change) else abs(self.change) < LIMIT
 
 
-def rows_of(study: Halving, fast: Mapping[str, float], slow: Mapping[str, float]) -> Iterator[Row]:
+def rows_of(study: HalvedRun, fast: Mapping[str, float], slow: Mapping[str, float]) -> Iterator[Row]:
     """Rows of the results except diagnostic ones."""
     for quantity, result in fast.items():
-        if quantity not in diagnostic():
+        if quantity not in diagnostic_results():
             yield Row(study, quantity, float(result), float(slow.get(quantity, math.nan)))
 
 
@@ -79,7 +79,13 @@ def markdown(rows: Sequence[Row]) -> list[str]:
         label, form = LABELS.get(row.quantity, (row.quantity.replace("_", " "), "{:.4g}"))
         result, half = (form.format(v) if math.isfinite(v) else "-" for v in (row.result, row.half))
         bold = f"**{100.0 * row.change:+.1f} %**" if math.isfinite(row.change) else "**from 0**"
-        moved = "-" if row.within is None else f"{100.0 * row.change:+.2f} %" if row.within else bold
+        moved = (
+            "-"
+            if row.is_within_tolerance is None
+            else f"{100.0 * row.change:+.2f} %"
+            if row.is_within_tolerance
+            else bold
+        )
         cells = (study.run.rig.kind, study.run.model.scale, halved, label, result, half, moved)
         lines.append(f"| {' | '.join(cells)} |")
     return lines
@@ -98,7 +104,7 @@ class SpeedOptions(StudyOptions):
     out: Path = Path("runs/speed-study")
     variant: str | None = None
     fabric: Path | None = None
-    tests: Sequence[str] = field(default_factory=lambda: names("studied"))
+    tests: Sequence[str] = field(default_factory=lambda: test_names("studied"))
     scales: Sequence[str] = SCALES
     direction: str = "warp"
     preset: str = "quick"
@@ -114,25 +120,25 @@ def study_command(options: SpeedOptions) -> int:
         for test in options.tests
         for scale in options.scales
     ]  # fmt: skip
-    runs = [completed for run in runs for completed in with_cards([run], options.quiet)]
-    fast = _all_results([trial_of(run, _label(run)) for run in runs], options)
-    studies = [halving(at_result_speed(run, results)) for run, results in zip(runs, fast, strict=True)]
-    half = [trial_of(s.half, f"{_label(s.half)}, {s.setting} halved") for s in studies]
+    runs = [completed for run in runs for completed in complete_cards([run], options.quiet)]
+    fast = _all_results([trial_of(run, _trial_label(run)) for run in runs], options)
+    studies = [halve_setting(with_result_speed(run, results)) for run, results in zip(runs, fast, strict=True)]
+    half = [trial_of(s.half, f"{_trial_label(s.half)}, {s.setting} halved") for s in studies]
     slow = _all_results(half, options)
     for trial, found in zip(half, slow, strict=True):
-        if not kept_speed(trial.run, found):
+        if not has_configured_speed(trial.run, found):
             raise NumericalError(f"{trial.label}: restarted at a lower speed, so the study has no result")
     rows = [row for study, *results in zip(studies, fast, slow, strict=True) for row in rows_of(study, *results)]
     lines = markdown(rows)
     write_atomic(options.out / CSV, csv_text(rows, options.variant or str(options.fabric)))
     write_atomic(options.out / MARKDOWN, "\n".join(lines) + "\n")
     if not options.quiet:
-        moved = [row for row in rows if row.within is False]
+        moved = [row for row in rows if row.is_within_tolerance is False]
         print_text([*lines, f"{len(rows)} results, {len(moved)} of them change by {100.0 * LIMIT:g} % or more"])
     return 0
 
 
-def _label(run: Run) -> str:
+def _trial_label(run: Run) -> str:
     return f"{run.rig.kind} {run.model.scale}"
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.tooling.from_stl import CELLS, PROUD, touching
+from knittest.tooling.stl_tool import CELLS, PROUD, connected_parts
 from knittest.tooling.toolset import RigidTool, ToolSet
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ class Fit:
     die: Clearance
     holder: Clearance | None
     problems: tuple[str, ...]
-    doubts: tuple[str, ...]
+    fit_warnings: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ def measure_fit(tools: ToolSet, stroke: Stroke) -> Fit:
     die = smallest_clearance(tools.stamp, tools.die, stroke)
     holder = None if tools.holder is None else smallest_clearance(tools.stamp, tools.holder, stroke)
     problems = [*plan.problems(), *_clearance_problems(die, holder, stroke.thickness)]
-    inverted = plan.upside_down()
+    inverted = plan.upside_down_warnings()
     stated = [name for name in inverted if getattr(tools.by_name[name].stl, "rotation", None) is not None]
     problems += [text for name, text in inverted.items() if name not in stated]
-    doubts = (*(inverted[name] for name in stated), *plan.doubts())
+    doubts = (*(inverted[name] for name in stated), *plan.fit_warnings())
     return Fit(plan.depth, stroke.depth, stroke.thickness, die, holder, tuple(problems), doubts)
 
 
@@ -97,15 +97,15 @@ def filled_share(tools: ToolSet, stroke: Stroke, cells: int) -> float:
     """
     plan = _Plan(tools, stroke, cells)
     impossible = plan.problems() or plan.gap < (1.0 - SHORT) * stroke.thickness
-    return 0.0 if impossible or (cells == CELLS and plan.upside_down()) else plan.filled
+    return 0.0 if impossible or (cells == CELLS and plan.upside_down_warnings()) else plan.filled_opening_share
 
 
 def smallest_clearance(stamp: RigidTool, other: RigidTool, stroke: Stroke) -> Clearance:
     """Smallest distance over the blank between ``stamp`` and ``other`` while the stamp moves down."""
     found, top, half = [], float(other.solid.points[:, 2].max()), 0.5 * np.array(stroke.blank)
-    own = _points_within(stamp.asked, -half, half)
+    own = _points_within(stamp.gap_points, -half, half)
     low, high = own[:, :2].min(axis=0) - NEAR, own[:, :2].max(axis=0) + NEAR
-    around = _points_within(other.asked, np.maximum(low, -half), np.minimum(high, half))
+    around = _points_within(other.gap_points, np.maximum(low, -half), np.minimum(high, half))
     for travel in np.linspace(stroke.depth, 0.0, POSITIONS):
         down = np.array([0.0, 0.0, travel])
         moved = own - down
@@ -132,11 +132,11 @@ class _Plan:
 
     def __init__(self, tools: ToolSet, stroke: Stroke, cells: int = CELLS) -> None:
         self.tools, self.stroke = tools, stroke
-        self.stamp = tools.stamp.seen(stroke.blank, below=True, cells=cells)
-        self.die = tools.die.seen(stroke.blank, cells=cells)
-        self.holder = None if tools.holder is None else tools.holder.seen(stroke.blank, below=True, cells=cells)
+        self.stamp = tools.stamp.height_map(stroke.blank, below=True, cells=cells)
+        self.die = tools.die.height_map(stroke.blank, cells=cells)
+        self.holder = None if tools.holder is None else tools.holder.height_map(stroke.blank, below=True, cells=cells)
         #: cells in which the stamp comes to lie below the die's face
-        self.entering = self.stamp.there & (self.stamp.height + stroke.depth > -self.die.face)
+        self.entering = self.stamp.covered_cells & (self.stamp.height + stroke.depth > -self.die.face)
         self.between = np.isfinite(self.die.rim()) & self.entering
 
     @property
@@ -152,14 +152,14 @@ class _Plan:
     @property
     def gap(self) -> float:
         """Smallest upright distance [mm] of stamp and die at the end of the stroke, at least their clearance."""
-        both = self.stamp.there & self.die.there
+        both = self.stamp.covered_cells & self.die.covered_cells
         return float((-self.stamp.height - self.stroke.depth - self.die.height)[both].min(initial=np.inf))
 
     @property
-    def filled(self) -> float:
+    def filled_opening_share(self) -> float:
         """Share of the die's opening in plan that the stamp fills."""
         low = self.die.height < self.die.face - 0.5 * self.stroke.depth
-        opening = touching(low, self.entering)
+        opening = connected_parts(low, self.entering)
         return float(self.entering.sum()) / max(float((opening | self.entering).sum()), 1.0)
 
     def problems(self) -> list[str]:
@@ -177,7 +177,7 @@ class _Plan:
                 f"The stamp does not pass through an opening of the holder: {self._share_message(between, 'holder')}."
             )
         gap = -self.holder.height - self.die.height
-        common = gap[self.holder.there & self.die.there]
+        common = gap[self.holder.covered_cells & self.die.covered_cells]
         pressed = float(np.mean(common < common.min() + self.stroke.thickness)) if common.size else 0.0
         if pressed < PRESSED:
             found.append(
@@ -186,7 +186,7 @@ class _Plan:
             )
         return found
 
-    def doubts(self) -> list[str]:
+    def fit_warnings(self) -> list[str]:
         """Sentences on what is suspicious."""
         shallow = ENTERED * self.stroke.depth <= self.depth < FULL * self.stroke.depth
         return [self._shallow_message()] if shallow else []
@@ -197,14 +197,14 @@ class _Plan:
             f"face is at z = {self.die.face:.3g} mm, where {100.0 * (1.0 - PROUD):.0f} % of the die lie below."
         )
 
-    def upside_down(self) -> dict[str, str]:
+    def upside_down_warnings(self) -> dict[str, str]:
         """Sentence on each tool from a file whose working edge is sharp while its opposite edge is rounded."""
         found = {}
         fall, thickness, blank = FALL * self.stroke.thickness, self.stroke.thickness, self.stroke.blank
         for name, tool in self.tools.by_name.items():
             if tool.stl is None:
                 continue
-            up, down = tool.seen(blank), tool.seen(blank, below=True)
+            up, down = tool.height_map(blank), tool.height_map(blank, below=True)
             working, other = (up, down) if name == "die" else (down, up)
             here, there = (
                 seen.edge_width(fall, float(seen.height.max()) if name == "stamp" else seen.face,

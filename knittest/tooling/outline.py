@@ -14,7 +14,7 @@ from scipy.spatial import Delaunay
 from knittest.config.tools import Stamp
 from knittest.kernels.tool_shapes import edge_distances
 from knittest.models.surface import TriangleMesh
-from knittest.models.tool import Tool, swept
+from knittest.models.tool import Tool, swept_edge_tool
 
 Array = NDArray[np.float64]
 
@@ -250,7 +250,7 @@ class SweptEdge:
         x, y = (np.arange(a, b + spacing, spacing) for a, b in zip(low, high, strict=True))
         plan = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
         samples = self._across(self.outline.distance(plan.reshape(-1, 2))).reshape(plan.shape[:2])
-        return swept((*low, self.face), spacing, samples, self.radius, self.draft, self.down)
+        return swept_edge_tool((*low, self.face), spacing, samples, self.radius, self.draft, self.down)
 
     def solid(self, height: float, outer: Outline | None = None) -> TriangleMesh:
         """Closed mesh of the part up to ``height`` [mm] off the face; round an opening it ends at ``outer``."""
@@ -270,7 +270,7 @@ class SweptEdge:
                 parts.append(cap([rings[k], *border[k:][:1]], within, up))
         if border:
             parts.append(wall(*sorted(border, key=lambda ring: float(ring[0, 2]))))
-        return TriangleMesh.joined(parts)
+        return TriangleMesh.from_corners(parts)
 
     def _across(self, plan: Any) -> Any:
         """Distance in plan from the sharp edge, negative over the face, from that of the outline; and the reverse."""

@@ -14,8 +14,8 @@ from knittest.config.base import BoundsError
 from knittest.config.tools import FLAT, Die, Holder, Opening, Stamp, StlTool, check_fit, opening_offset
 from knittest.models.surface import TriangleMesh, distances, read_stl
 from knittest.models.tool import Tool
-from knittest.tooling.from_stl import CELLS, HeightMap, Placement, sampled_distance, stl_body, stl_tool
 from knittest.tooling.outline import SweptEdge, rectangle, stamp_outline
+from knittest.tooling.stl_tool import CELLS, HeightMap, Placement, sampled_distance, stl_body, stl_tool
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ class RigidTool:
         return np.copysign(np.where(np.isfinite(near), near, np.abs(found)), found)
 
     @cached_property
-    def asked(self) -> Array:
+    def gap_points(self) -> Array:
         """Points of its surface [mm], (n, 3), at which gaps are measured."""
         if self.exact is not None:
             return self.solid.points
@@ -71,14 +71,14 @@ class RigidTool:
         _, first = np.unique(np.floor(points / (0.5 * BETWEEN)).astype(np.int64) @ CUBES, return_index=True)
         return points[first]
 
-    def seen(self, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS) -> HeightMap:
+    def height_map(self, blank: tuple[float, float], *, below: bool = False, cells: int = CELLS) -> HeightMap:
         """Height map over the ``blank`` of its upper side, or of its lower side with heights counted downwards."""
         known: dict[tuple[object, ...], HeightMap] = self.__dict__.setdefault("_known_maps", {})
         if (blank, below, cells) not in known:
             known[blank, below, cells] = HeightMap.of(self.solid, blank, below=below, cells=cells)
         return known[blank, below, cells]
 
-    def changed(self, **fields: object) -> "RigidTool":
+    def with_fields(self, **fields: object) -> "RigidTool":
         """Tool from the same file with other ``fields`` of its :class:`StlTool`."""
         assert self.stl is not None and self.place is not None
         stl = self.stl.model_copy(update=fields)

@@ -5,7 +5,7 @@ import numpy as np
 from knittest.base.files import data_dir
 from knittest.base.kinds import kinds
 from knittest.base.result_rows import mean_factor
-from knittest.experiment.tables import published
+from knittest.experiment.tables import published_rows
 from knittest.laboratory.report_base import REPORTS
 from knittest.studies.trials.trial import Record
 
@@ -43,7 +43,9 @@ class Pretending:
         if status != "completed":
             return Record(trial.key, status, f"{status} with a bell \a", seconds=1.0)
         run, kind = trial.run, trial.run.rig.kind
-        rows = published(data_dir() / "pham2019", run.fabric.experiment_variant, run.direction, kinds()[kind].published)
+        rows = published_rows(
+            data_dir() / "pham2019", run.fabric.experiment_variant, run.direction, kinds()[kind].published
+        )
         wanted = kinds()[kind].regression.rows
         results = {
             row.quantity: self.factor * row.mean / mean_factor(row.factors)

@@ -17,7 +17,7 @@ from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.studies.batch import command
 from knittest.studies.batch.command import BatchOptions, run_batch
-from knittest.studies.trials import live
+from knittest.studies.trials import overview
 from knittest.studies.trials.trial import Record, trial_of
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp"
@@ -189,7 +189,7 @@ def test_very_many_runs_need_yes(sweep, capsys, monkeypatch):
     assert "s.yaml: 10,000,000 runs, more than 10,000: confirm with --yes" in capsys.readouterr().err
     assert time.monotonic() - began < 10.0 and not Path("runs").exists()
     sweep(FAST + "grid: {rig.width: [20, 30]}\n")
-    monkeypatch.setattr(command, "MANY", 1)
+    monkeypatch.setattr(command, "LARGE_SWEEP", 1)
     monkeypatch.setattr(command, "_pool", lambda _: Pretending())
     assert run(["batch", "s.yaml", "--quiet"]) == 2 and run(["batch", "s.yaml", "--quiet", "--yes"]) == 0
 
@@ -233,7 +233,7 @@ def test_options_that_do_not_fit_run_nothing(sweep, capsys, arguments, said):
 def test_the_overview_counts_and_names_the_runs():
     shown = SimpleNamespace(heads=[], running=[], ended=lambda text, record: shown.heads.append(text))
     shown.draw = lambda head, running, share: (shown.heads.append(head), setattr(shown, "running", running))
-    view = live.Overview(3, quiet=True)
+    view = overview.Overview(3, quiet=True)
     view._display = shown
     trial = trial_of(resolve(variant="1", scale="macro"), "a strip")
     view.begin(1)

@@ -12,8 +12,8 @@ import pytest
 from knittest.base.errors import InputError, NumericalError, OutOfTolerance, ResourceError
 from knittest.cli import main as cli_main
 from knittest.cli.main import cli, run, summaries
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
+from knittest.config.yaml_writer import dump
 
 HEAVY = ("numba", "pandas", "matplotlib", "pydantic", "rich", "scipy", "numpy", "yaml")
 ROOT = Path(cli_main.__file__).resolve().parents[2]

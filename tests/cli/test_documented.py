@@ -10,9 +10,9 @@ from documented import ROOT, Do, Shown, shown
 from documented_table import COMMANDS, NAMES, SETUP
 
 import knittest.runs.bench
-import knittest.runs.bench_against
+import knittest.runs.bench_comparison
 import knittest.runs.preflight.command
-import knittest.solve.compiling
+import knittest.solve.compilation
 import knittest.studies.command
 import knittest.studies.trials.pool
 from knittest.base.files import data_dir
@@ -75,8 +75,8 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
         monkeypatch.setattr(pool, "__init__", _begins)
     for module, name in (
         (knittest.studies.command, "execute"), (knittest.runs.preflight.command, "prepare"),
-        (knittest.runs.bench, "kernel_lines"), (knittest.solve.compiling, "warm"),
-        (knittest.runs.bench_against, "paired_lines"),
+        (knittest.runs.bench, "kernel_lines"), (knittest.solve.compilation, "warm"),
+        (knittest.runs.bench_comparison, "paired_lines"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, _begins)
     with pytest.raises(Planned):

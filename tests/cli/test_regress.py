@@ -12,9 +12,9 @@ from regress_cases import CPU_S, ELEMENTS, UNPUBLISHED, Pretending
 from knittest.base.kinds import kinds
 from knittest.cli.main import run
 from knittest.studies.regress import baseline, cases, command
-from knittest.studies.regress.cases import Case, cases_of, chosen_cases
+from knittest.studies.regress.cases import Case, cases_of, select_cases
 from knittest.studies.regress.drift import RUNS
-from knittest.studies.regress.judge import table3_rows, table4_rows, total
+from knittest.studies.regress.published_tables import table3_rows, table4_rows, total_hours
 from knittest.studies.trials.trial import Record
 
 TENSILE = "tensile-macro-v1-warp-quick"
@@ -237,13 +237,13 @@ def test_table_4_has_all_runs_of_the_paper_at_its_size_two_at_a_time_on_one_thre
 
 
 def test_a_run_that_gates_refuse_has_its_cost_and_says_so():
-    case = chosen_cases("full", "macro", 4)[0]
+    case = select_cases("full", "macro", 4)[0]
     summary = {"cost": {"elements": 7, "cpu_s": 36.0, "steps": 9}, "quality": {"added_mass_pct": None}}
     [row] = [r for r in table4_rows({case: Record("k", "refused", "why", summary)}) if r.elements == 7]
     assert (row.test, row.cpu_h, row.note) == (case.test, 0.01, "preset paper, 100n, refused") and math.isnan(
         row.added_mass
     )
-    assert total([row]) == (row.paper_cpu_h, 0.01)
+    assert total_hours([row]) == (row.paper_cpu_h, 0.01)
 
 
 def test_a_run_without_an_entry_fails_as_nothing_judges_it(stored, capsys):
@@ -326,7 +326,7 @@ def test_ci_runs_the_regression_for_real():
 
 
 def test_shipped_baseline_knows_every_run_and_no_other():
-    known = baseline.load(baseline.shipped()).entries
+    known = baseline.load(baseline.shipped_path()).entries
     assert cases.all_names() == set(known)
     assert all(entry.commit and not entry.commit.endswith("-dirty") for entry in known.values())
     for case in (case for level in cases.LIMITS for case in cases_of(level)):
@@ -338,7 +338,7 @@ def test_shipped_baseline_knows_every_run_and_no_other():
 def test_the_code_has_not_drifted(tmp_path, monkeypatch):
     one = Case("tensile", "macro", "1", "warp", "quick")
     monkeypatch.setattr(cases, "cases_of", lambda level: [one])
-    kept = {one.name: baseline.load(baseline.shipped()).entries[one.name]}
+    kept = {one.name: baseline.load(baseline.shipped_path()).entries[one.name]}
     baseline.save(tmp_path / "b.json", baseline.Baseline(entries=kept))
     where = ["--out", str(tmp_path / "out"), "--baseline", str(tmp_path / "b.json")]
     assert run(["regress", *where, "--workers", "1", "--threads", "1", "--quiet"]) == 0

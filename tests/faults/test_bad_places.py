@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.laws import YarnLaw
 from knittest.config.loading import resolve
-from knittest.laboratory.cantilever.shells import mount_shells
+from knittest.laboratory.cantilever.macro_strip import mount_shells
 from knittest.materials.yarn_section import section
 from knittest.solve.threads import check_layer
 

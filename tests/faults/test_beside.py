@@ -8,7 +8,7 @@ import pytest
 from restart_cases import MESO, OFTEN, finish, numbers, results, resumed_at, run, start, stop
 
 from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, NumericalError, ResourceError
-from knittest.studies.trials.beside import raise_what_ended
+from knittest.studies.trials.parallel import raise_run_error
 from knittest.studies.trials.trial import Record
 
 BOTH = [word for word in MESO if word not in ("--direction", "warp")]
@@ -53,9 +53,9 @@ ERRORS = {"failed": NumericalError, "invalid": InputError, "blocked": ResourceEr
 
 @pytest.mark.parametrize(("status", "error"), [*ERRORS.items(), ("error", KnittestError)])
 def test_the_error_of_a_parallel_run_ends_the_command_as_if_it_had_run_here(status, error):
-    raise_what_ended(Record("weft", "refused", "it has a result"), "weft")
+    raise_run_error(Record("weft", "refused", "it has a result"), "weft")
     with pytest.raises(error, match="weft: node 7") as raised:
-        raise_what_ended(Record("k", status, "node 7"), "weft")
+        raise_run_error(Record("k", status, "node 7"), "weft")
     assert type(raised.value) is error
 
 
@@ -68,5 +68,5 @@ def test_the_error_of_a_parallel_run_ends_the_command_as_if_it_had_run_here(stat
 )
 def test_where_memory_may_have_been_short_it_says_what_takes_less(record):
     with pytest.raises(ResourceError, match="fewer --threads run fewer at a time") as raised:
-        raise_what_ended(record, "weft")
+        raise_run_error(record, "weft")
     assert (", 3 times;" in str(raised.value)) == (record.status == "crashed")

@@ -46,11 +46,11 @@ def test_one_damaged_frame_loses_no_checkpoint(folder, frame, damage, which):
     if damage == "flipped":
         path.write_bytes(whole[:200] + bytes([whole[200] ^ 1]) + whole[201:])
     store, said = found(folder)
-    newest = store.newest(0)
+    newest = store.newest_checkpoint(0)
     assert newest is not None and newest[1].time == store.reached == 5.0
     assert [float(f["position"][0]) for f in newest[1].frames] == [0.0, 1.0, 2.0]
     assert [path.name in text for text in said] == [True, True] * (which == 0)  # a copy is looked at when it is needed
-    store.tidy()
+    store.remove_unused()
     assert checkpoint(folder, 5).exists() and checkpoint(folder, 4).exists()
     if which == 0 or damage == "gone":
         store.write(0, snapshot(3, 6.0))  # and it is whole again
@@ -70,7 +70,7 @@ def test_without_file_and_copy_the_checkpoint_before_it_serves(folder):
     store, said = found(folder)
     assert store.reached == 5.0
     assert any("the previous checkpoint is tried" in text for text in said)
-    store.tidy()
+    store.remove_unused()
     assert names(folder, 3) == [] and len(names(folder, 2)) == 2
 
 

@@ -15,11 +15,11 @@ from trial_cases import gone
 
 from knittest.base.files import PACKAGE
 from knittest.cli.main import run
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
+from knittest.config.yaml_writer import dump
 from knittest.export.folder import RunFolder
 from knittest.export.lock import LOCK_NAME
-from knittest.solve import compiling
+from knittest.solve import compilation
 from knittest.studies.trials.pool import LocalPool
 
 QUICK = (*MACRO, "--quiet", "--threads", "1")
@@ -85,7 +85,7 @@ def test_both_directions_corrected_take_the_folder_that_bad_input_ended(tmp_path
 def test_resume_writes_the_page_and_removes_the_leavings_of_a_kill(tmp_path, monkeypatch):
     folder = ended_run(tmp_path / "run")
     written = []
-    monkeypatch.setattr("knittest.runs.opening.write_if_possible", lambda path, write: written.append(path))
+    monkeypatch.setattr("knittest.runs.opened_run.write_if_possible", lambda path, write: written.append(path))
     assert run(["resume", str(folder)]) == 0 and written == []
     (folder / LOCK_NAME).write_bytes(b"")
     for name in ("checkpoint-0000-0003.npz", ".checkpoint-0000-0004.7.tmp.npz"):
@@ -148,7 +148,7 @@ def test_a_curve_that_is_not_there_leaves_no_folder(tmp_path, direction):
 
 def test_the_compiler_ends_with_its_parent(tmp_path):
     environment = os.environ | {"KNITTEST_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": str(PACKAGE.parent)}
-    work = "from knittest.solve.compiling import compiling\nwith compiling('macro'): pass"
+    work = "from knittest.solve.compilation import compile_in_background\nwith compile_in_background('macro'): pass"
     parent = subprocess.Popen([sys.executable, "-c", work], env=environment)
     children = Path(f"/proc/{parent.pid}/task/{parent.pid}/children")
     while not (found := children.read_text().split()):
@@ -169,15 +169,15 @@ def test_of_many_that_start_at_once_one_compiles(tmp_path, monkeypatch):
     def compile_slowly(kernels):
         compiled.append(kernels)
         time.sleep(0.3)
-        compiling._marker(kernels).touch()
+        compilation._marker(kernels).touch()
 
-    monkeypatch.setattr(compiling, "CODE_FOLDER", tmp_path)
-    monkeypatch.setattr(compiling, "_fill", compile_slowly)
+    monkeypatch.setattr(compilation, "CODE_FOLDER", tmp_path)
+    monkeypatch.setattr(compilation, "_compile_kernels", compile_slowly)
     with ThreadPoolExecutor(4) as threads:
-        list(threads.map(compiling.fill_cache, ["macro"] * 4))
+        list(threads.map(compilation.fill_cache, ["macro"] * 4))
     assert compiled == ["macro"]
     (tmp_path / "meso.lock").mkdir()  # a folder that takes no lock: compiled all the same
-    compiling.fill_cache("meso")
+    compilation.fill_cache("meso")
     assert compiled == ["macro", "meso"]
 
 

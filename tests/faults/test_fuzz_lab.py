@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_fuzz import VALUES, judged, mutated, read_or_refused
 
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import ReadOptions
 from knittest.experiment.lab_tests import LAB_TESTS, conditions
 
 FRAME = (
@@ -41,7 +41,7 @@ def place(tmp_path_factory):
 def read_and_show(name, path, sizes):
     """Lines with the results of the specimens."""
     kind = LAB_TESTS[name]
-    return kind.lines(kind.read(path, Given(sizes=sizes)))
+    return kind.lines(kind.read(path, ReadOptions(sizes=sizes)))
 
 
 @pytest.mark.parametrize("name", TABLES)

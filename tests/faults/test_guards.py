@@ -17,7 +17,7 @@ from knittest.models import contact_tracker
 from knittest.runs.specimen import prepare, run_specimen
 from knittest.solve import guards
 from knittest.solve.guards import check_motion
-from knittest.solve.simulate import simulate
+from knittest.solve.simulation import simulate
 from knittest.solve.state import Observer
 
 MESO = [
@@ -228,13 +228,13 @@ def test_a_failed_run_leaves_its_state(tmp_path, monkeypatch, capsys):
 def test_neighbour_lists_that_overflow_grow_and_give_the_same_bits(monkeypatch):
     run, _ = posed("meso")
     roomy = run_specimen(run).history.curve["force_n"]
-    make, sizes = contact_tracker._empty, []
+    make, sizes = contact_tracker._empty_contacts, []
 
     def cramped(capacity, group):
         sizes.append(capacity)
         return make(1 if capacity == 64 else capacity, group)
 
-    monkeypatch.setattr(contact_tracker, "_empty", cramped)
+    monkeypatch.setattr(contact_tracker, "_empty_contacts", cramped)
     assert run_specimen(run).history.curve["force_n"].tobytes() == roomy.tobytes()
     assert max(sizes) > 64
 

@@ -10,12 +10,12 @@ import yaml
 from calibration_cases import Pretending, calibrate
 
 from knittest.base.errors import KnittestError, ResourceError
-from knittest.base.machine import host_name, without_passwords
+from knittest.base.machine import hide_passwords, host_name
 from knittest.config.loading import resolve
 from knittest.export.lock import RunLock
-from knittest.export.summary import first_manifest, restarted_manifest
+from knittest.export.summary import first_manifest, resume_manifest
 from knittest.studies.calibrate import command
-from knittest.studies.calibrate.optuna_search import open_storage, readable, without_password_of_storage
+from knittest.studies.calibrate.optuna_search import convert_database_errors, hide_storage_password, open_storage
 from knittest.studies.trials.trial import Record
 
 WORD = "ge:h/eim"
@@ -35,7 +35,7 @@ WORD = "ge:h/eim"
     ],
 )
 def test_passwords_of_urls(url, shown):
-    assert without_passwords(url) == shown
+    assert hide_passwords(url) == shown
 
 
 SPELLINGS = [
@@ -53,16 +53,16 @@ def test_however_it_is_written_in_the_file(spelled):
     text = f"a: 1\n{spelled}\nb: 2  # was x://y:{WORD}@z\n"
     storage = yaml.safe_load(text)["storage"]
     assert WORD in storage
-    copy = without_password_of_storage(text, storage)
+    copy = hide_storage_password(text, storage)
     assert "eim" not in copy
-    assert yaml.safe_load(copy) == {"a": 1, "b": 2, "storage": without_passwords(storage)}
+    assert yaml.safe_load(copy) == {"a": 1, "b": 2, "storage": hide_passwords(storage)}
     assert [n for n, line in enumerate(copy.splitlines()) if line.startswith("b:")] == [text.count("\n") - 1]
 
 
 def test_a_file_without_a_password_is_copied_as_it_is():
     text = "a: 1\nstorage: sqlite:///x.db\n"
-    assert without_password_of_storage(text, "sqlite:///x.db") == text
-    assert without_password_of_storage("a: 1\n", None) == "a: 1\n"
+    assert hide_storage_password(text, "sqlite:///x.db") == text
+    assert hide_storage_password("a: 1\n", None) == "a: 1\n"
 
 
 CALIBRATION = """
@@ -89,7 +89,7 @@ def test_nothing_of_a_calibration_keeps_the_password(tmp_path, monkeypatch, caps
         return optuna.storages.RDBStorage(f"sqlite:///{tmp_path / 'server.db'}")
 
     monkeypatch.setattr(command.database, "open_storage", opened)
-    monkeypatch.setattr(command.database, "shown_url", lambda storage: without_passwords(asked))
+    monkeypatch.setattr(command.database, "shown_url", lambda storage: hide_passwords(asked))
     assert calibrate(CALIBRATION.format(url=asked), tmp_path, monkeypatch, Pretending()) == 0
     said = capsys.readouterr()
     folder = tmp_path / "runs" / "calibrate-c"
@@ -111,7 +111,7 @@ def test_no_message_carries_it(monkeypatch):
         with pytest.raises(KnittestError) as refused:
             open_storage(url, "--storage")
         assert "eim" not in str(refused.value), url
-    with pytest.raises(ResourceError) as lost, readable("--storage: x"):
+    with pytest.raises(ResourceError) as lost, convert_database_errors("--storage: x"):
         raise RuntimeError(f"could not connect to postgresql://me:{WORD}@host/name\nmore")
     assert "eim" not in str(lost.value) and "more" not in str(lost.value)
 
@@ -124,7 +124,7 @@ def test_the_machines_name_is_optional(given, name, tmp_path, monkeypatch):
     assert host_name() == name
     run = resolve(variant="1", scale="macro", direction="warp")
     manifest = first_manifest(run, "", 1, [], None)
-    assert manifest["host"] == restarted_manifest(manifest, 1, {})["host"] == Record("k", "failed").host == name
+    assert manifest["host"] == resume_manifest(manifest, 1, {})["host"] == Record("k", "failed").host == name
     lock = RunLock(tmp_path)
     assert json.loads((tmp_path / "run.lock").read_text())["host"] == name
     with pytest.raises(ResourceError, match=r"in use by process \d+" + (f" on {name}" if name else ";")):

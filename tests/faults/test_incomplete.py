@@ -11,7 +11,7 @@ from knittest.cli.main import run as knittest
 from knittest.laboratory.compaction import test as compaction
 from knittest.laboratory.pull_out import test as pull_out
 from knittest.runs import execute
-from knittest.solve import simulate
+from knittest.solve import simulation
 
 ROWS = 60
 #: row at which a test ends early, and time [ms] from which on it counts
@@ -30,7 +30,7 @@ def end_at(patch, row):
         if len(run.rows) == row:
             raise NumericalError(WHY)
 
-    patch.setattr(simulate, "check_balance", stop)
+    patch.setattr(simulation, "check_balance", stop)
 
 
 @pytest.fixture
@@ -65,7 +65,7 @@ def test_a_run_that_ends_before_its_first_row_keeps_nothing(tmp_path, monkeypatc
         if len(run.model.mesh.cells) > 100:  # not in the warm-up
             raise NumericalError("the motion blows up")
 
-    monkeypatch.setattr(simulate, "check_motion", stop)
+    monkeypatch.setattr(simulation, "check_motion", stop)
     assert knittest([*COMMAND, "--out", str(tmp_path / "r")]) == NumericalError.exit_code
     assert {path.name for path in (tmp_path / "r").iterdir()} <= {"manifest.json", "config.yaml", "log.jsonl"} | {
         path.name for path in (tmp_path / "r").glob("checkpoint-*")

@@ -11,9 +11,9 @@ import pytest
 
 from knittest.base.files import configs_dir
 from knittest.cli.main import run
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import MAX_BYTES, MAX_DEPTH
+from knittest.config.yaml_writer import dump
 from knittest.experiment import curves, lab_rows
 
 V1 = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text(encoding="utf-8")

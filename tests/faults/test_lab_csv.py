@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from strip_reading import read_lab, refused
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_conditions import said_by
-from knittest.experiment.lab_strips import plausible_strips
+from knittest.experiment.lab_conditions import find_direction
+from knittest.experiment.lab_strips import check_strips
 from knittest.experiment.statistics import corridor, peaks
 
 GERMAN = "Prüfprotokoll;Zwick Z100\n\nWeg;Kraft\nmm;kN\n0,0;0,0\n1,0;1,25\n2,0;3,5\n"
@@ -227,9 +227,9 @@ def test_a_pull_that_is_counted_negative_is_asked_for(written, first, second):
     ],
 )
 def test_an_implausible_force_or_strain_is_refused_with_the_likely_unit(written, table, width, words):
-    plausible_strips(read_lab(written("Weg;Kraft\nmm;N\n0;0\n3,5;6,4\n"), 200.0))  # a yarn
+    check_strips(read_lab(written("Weg;Kraft\nmm;N\n0;0\n3,5;6,4\n"), 200.0))  # a yarn
     specimens = read_lab(written(f"Weg;Kraft\n{table}\n"), 200.0, width=width)
-    refused(words, plausible_strips, specimens)
+    refused(words, check_strips, specimens)
 
 
 def test_the_specimen_in_another_unit_is_named(written):
@@ -238,12 +238,12 @@ def test_the_specimen_in_another_unit_is_named(written):
         read_lab(written(f"Weg [{unit}];Kraft [kN]\n0;0\n3,5;{force}\n", f"{name}.csv"), 200.0, width=50.0)[0]
         for name, (unit, force) in ((name, text.split()) for name, text in files.items())
     )
-    plausible_strips([a, b, d])
+    check_strips([a, b, d])
     refused(
-        r"c\.csv: specimen c: maximum force 590 N and the median of the other 3, 6000 N", plausible_strips, [a, b, c, d]
+        r"c\.csv: specimen c: maximum force 590 N and the median of the other 3, 6000 N", check_strips, [a, b, c, d]
     )
     words = r"e\.csv: specimen e: strain at maximum force 17\.5 % and the median of the other 3"
-    refused(words, plausible_strips, [a, b, d, e])
+    refused(words, check_strips, [a, b, d, e])
 
 
 @pytest.mark.parametrize(
@@ -263,7 +263,7 @@ def test_the_specimen_in_another_unit_is_named(written):
     ],
 )
 def test_the_direction_that_a_file_states(name, head, said):
-    found = said_by(Path(name), [(1, head.split(";"))])
+    found = find_direction(Path(name), [(1, head.split(";"))])
     assert (found.direction if found else "") == said
 
 

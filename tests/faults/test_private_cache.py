@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from knittest.base import cache
-from knittest.base.cache import VARIABLE, cache_folder, cache_root, make_private, weakness
+from knittest.base.cache import VARIABLE, cache_folder, cache_root, make_private, write_access_fault
 from knittest.base.errors import InputError
 from knittest.base.files import PACKAGE
 from knittest.cli.main import run
@@ -21,7 +21,7 @@ OTHER = 12345
 @pytest.fixture(autouse=True)
 def anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """Nothing is known of folders yet; the system's folder for temporary files and the user's are below tmp_path."""
-    cache._usable.cache_clear()
+    cache._find_usable_folder.cache_clear()
     cache._say_once.cache_clear()
     temporary = tmp_path / "tmp"
     temporary.mkdir()
@@ -47,7 +47,7 @@ def test_a_configured_folder_that_others_can_write_is_refused(bits, tmp_path, mo
     error = capsys.readouterr().err
     assert str(folder) in error and "only you can write" in error and "Traceback" not in error
     folder.chmod(0o755)
-    cache._usable.cache_clear()
+    cache._find_usable_folder.cache_clear()
     assert cache_root() == folder
 
 
@@ -75,12 +75,12 @@ def test_a_folder_inside_that_others_can_write_is_refused(tmp_path, monkeypatch)
 def test_another_users_folder_is_none_of_ours(tmp_path, monkeypatch) -> None:
     folder = tmp_path / "theirs"
     folder.mkdir(mode=0o700)
-    assert weakness(folder) == ""
+    assert write_access_fault(folder) == ""
     monkeypatch.setattr(os, "geteuid", lambda: OTHER)
     if os.getuid() == 0:  # what belongs to the system is trusted on the way, not as the folder itself
-        assert weakness(folder) == f"{folder} belongs to user 0"
+        assert write_access_fault(folder) == f"{folder} belongs to user 0"
         os.chown(folder.parent, OTHER + 1, -1)
-    assert "belongs to user" in weakness(folder / "..")
+    assert "belongs to user" in write_access_fault(folder / "..")
     monkeypatch.setenv(VARIABLE, str(folder))
     with pytest.raises(InputError, match="belongs to user"):
         cache_root()
@@ -93,15 +93,15 @@ def test_links_are_followed_and_looked_at(tmp_path) -> None:
     opened.chmod(0o777)
     (opened / "link").symlink_to("../real")
     link.symlink_to(opened / "link")
-    assert weakness(link).startswith(f"{opened} can be written")
+    assert write_access_fault(link).startswith(f"{opened} can be written")
     opened.chmod(0o755)
-    assert weakness(link) == ""
+    assert write_access_fault(link) == ""
     (tmp_path / "round").symlink_to("round")
     with pytest.raises(OSError, match="links"):
-        weakness(tmp_path / "round")
+        write_access_fault(tmp_path / "round")
     if os.getuid() == 0:  # gives a link to another user
         os.lchown(link, OTHER, -1)
-        assert weakness(link) == f"{link} belongs to user {OTHER}"
+        assert write_access_fault(link) == f"{link} belongs to user {OTHER}"
 
 
 def spare_of(tmp_path: Path) -> Path:
@@ -118,7 +118,7 @@ def test_what_is_made_is_closed_to_others(tmp_path, monkeypatch) -> None:
         make_private(tmp_path / "a" / "b")
     finally:
         os.umask(before)
-    assert weakness(tmp_path / "a" / "b") == ""
+    assert write_access_fault(tmp_path / "a" / "b") == ""
 
 
 def test_a_cache_that_cannot_be_written_is_replaced_by_a_private_one(tmp_path, monkeypatch, capsys) -> None:

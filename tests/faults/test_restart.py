@@ -137,7 +137,7 @@ def test_a_signal_does_not_wait_for_the_interval(tmp_path):
     snapshot = Snapshot({"n_frames": np.array(0)}, [])
     with Interrupts() as interrupts:
         store = Checkpoints(tmp_path, {}, 1000.0, interrupts)
-        with pytest.raises(Interrupted, match="stopped by SIGUSR1"), store.keeping(0) as keeper:
+        with pytest.raises(Interrupted, match="stopped by SIGUSR1"), store.hold_signals(0) as keeper:
             keeper.resume_from()
             keeper.visit(lambda: snapshot)
             os.kill(os.getpid(), signal.SIGUSR1)  # only noted: a simulation runs
@@ -147,12 +147,16 @@ def test_a_signal_does_not_wait_for_the_interval(tmp_path):
 
 
 def test_a_signal_that_a_library_turns_into_its_own_error():
-    with Interrupts() as interrupts, pytest.raises(Interrupted, match="stopped by SIGTERM"), interrupts.deciding():
+    with (
+        Interrupts() as interrupts,
+        pytest.raises(Interrupted, match="stopped by SIGTERM"),
+        interrupts.translate_errors(),
+    ):
         try:
             os.kill(os.getpid(), signal.SIGTERM)
         except KeyboardInterrupt as error:
             raise ImportError("initialization failed") from error
-    with Interrupts() as interrupts, pytest.raises(ImportError), interrupts.deciding():
+    with Interrupts() as interrupts, pytest.raises(ImportError), interrupts.translate_errors():
         raise ImportError("a defect")
 
 

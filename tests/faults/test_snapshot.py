@@ -6,7 +6,7 @@ from fabric_cases import ellipses
 
 from knittest.config.loading import resolve
 from knittest.runs.specimen import prepare
-from knittest.solve.simulate import simulate
+from knittest.solve.simulation import simulate
 from knittest.solve.state import Observer
 
 SETS = {

@@ -88,7 +88,7 @@ def test_two_flat_triangles_run_into_each_other(tmp_path, monkeypatch, turned):
 
 
 def test_points_are_spread_all_over_a_surface():
-    mesh = TriangleMesh.joined([CORNERS])
+    mesh = TriangleMesh.from_corners([CORNERS])
     points = mesh.spread(10.0)
     inside = np.random.default_rng(1).dirichlet(np.ones(3), 200) @ CORNERS[0]
     apart = np.linalg.norm(inside[:, None] - points[None], axis=2).min(axis=1)

@@ -13,7 +13,7 @@ from knittest.base.errors import InputError, NumericalError, ResourceError
 from knittest.runs.options import RunOptions
 from knittest.studies.trials import child as child_module
 from knittest.studies.trials import pool as pool_module
-from knittest.studies.trials import work
+from knittest.studies.trials import worker
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.runner import TrialRunner
 from knittest.studies.trials.trial import Ledger, Record, read_ledgers
@@ -128,8 +128,8 @@ def test_what_goes_wrong_in_a_trial_has_a_status(tmp_path, monkeypatch, error, s
         raise error
 
     monkeypatch.setattr("knittest.runs.execute.execute", fail)
-    monkeypatch.setattr(work, "_warm", lambda *_: None)
-    record = work.perform(work.Task(trial(), tmp_path / "x", QUIET), lambda *_: None)
+    monkeypatch.setattr(worker, "_load_kernels", lambda *_: None)
+    record = worker.perform(worker.Task(trial(), tmp_path / "x", QUIET), lambda *_: None)
     assert record.status == status and record.settled is settled
     assert str(error) in record.reason and record.reason
 

@@ -2,8 +2,8 @@
 
 from collections import defaultdict
 
-from knittest.config.loading import planned_runs
-from knittest.runs.deck.write import deck_of
+from knittest.config.loading import resolve_test_runs
+from knittest.runs.deck.deck_file import deck_of
 from knittest.runs.specimen import prepare
 
 BEAM = {"variant": "1", "scale": "meso", "preset": "quick"}
@@ -44,7 +44,7 @@ def curves_of(cards):
 
 def deck_text(kind, direction=None, sets=(), **chosen):
     """Run, prepared specimen and text of its deck; the specimen is clamped by it."""
-    (run,) = planned_runs(kind, direction, {"config": None, "sets": tuple(sets), **chosen})
+    (run,) = resolve_test_runs(kind, direction, {"config": None, "sets": tuple(sets), **chosen})
     prepared = prepare(run)
     mass = prepared.model.mass.copy()
     return run, prepared, mass, deck_of(run, prepared)[0].text()

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from knittest.fabric.cell import Cell, CellSpec
-from knittest.fabric.relax import relax_cell
+from knittest.fabric.relaxation import relax_cell
 
 WALE = 100 / 28
 COURSE = {"V1": 100 / 28, "V2": 100 / 41}

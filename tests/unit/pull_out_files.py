@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import ReadOptions
 from knittest.laboratory.pull_out.lab_files import LAB
 
 LENGTH, DENSITY, FRICTION = 50.0, 28.0, 0.02
@@ -48,7 +48,7 @@ def export(path, **how):
 
 def pull(path, clamped="sides", sizes=None, **given):
     """Inlay that is read from ``path``."""
-    (one,) = LAB.read(path, Given(clamped=clamped, sizes=SIZES if sizes is None else sizes, **given))
+    (one,) = LAB.read(path, ReadOptions(clamped=clamped, sizes=SIZES if sizes is None else sizes, **given))
     return one
 
 

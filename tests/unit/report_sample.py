@@ -10,11 +10,11 @@ from homogenise_cases import with_shipped_card
 
 from knittest.base.files import data_dir
 from knittest.base.kinds import kinds
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.experiment.compare import compare_results
+from knittest.config.yaml_writer import dump
+from knittest.experiment.comparison import compare_results
 from knittest.experiment.origin import assumed_inputs, row_kind
-from knittest.experiment.tables import published
+from knittest.experiment.tables import published_rows
 from knittest.export.folder import RunFolder
 from knittest.export.line_picture import Line, curve_picture, line_picture
 from knittest.export.summary import build_summary
@@ -62,7 +62,7 @@ def write_run(
     tables = data_dir() / str(fabric.experiment)
     quantities = kinds()[kind].published
     references = (
-        published(tables, str(fabric.experiment_variant), run.direction, quantities) if fabric.experiment else []
+        published_rows(tables, str(fabric.experiment_variant), run.direction, quantities) if fabric.experiment else []
     )
     compared = compare_results(rows[0], references, {r.quantity: row_kind(run, r.quantity) for r in references})
     compared = [row | {"assumed": list(assumed_inputs(run))} for row in compared]

@@ -5,13 +5,13 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
 from knittest.experiment.lab_strips import read_strips
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import ReadOptions
 
 
 def read_lab(path, gauge_length=None, decimal=None, delimiter=None, width=None, sign="positive"):
     """Specimens in ``path``, with sizes [mm] where they are given."""
     sizes = {what.key: size for what, size in ((GAUGE, gauge_length), (WIDTH, width)) if size is not None}
-    return read_strips(path, Given(decimal, delimiter, sign, sizes))
+    return read_strips(path, ReadOptions(decimal, delimiter, sign, sizes))
 
 
 def refused(words, call, *args, **options):

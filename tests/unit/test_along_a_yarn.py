@@ -5,20 +5,20 @@ import pytest
 from contact_cases import contacts_of
 from plain import plain
 
-from knittest.kernels.along import (
+from knittest.kernels.contact import FIRST_ALONG, POINT, SECOND_ALONG, SIDE_BY_SIDE, closest_step
+from knittest.kernels.line_contact import (
     MOST,
     SPREAD,
     Pieces,
+    add_to_lists,
+    contact_kind,
     flag_other_kinds,
-    held_kind,
     mark_found,
     mark_tracked,
     predecessor,
-    push,
 )
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, POINT, SECOND_ALONG, closest_step
 from knittest.kernels.pair_search import _closest
-from knittest.kernels.search import _is_looked_for
+from knittest.kernels.search import _needs_search
 from knittest.kernels.state import Contacts
 from knittest.models.image_contacts import LINES
 
@@ -62,7 +62,7 @@ class Two:
 
     def kind(self, i: int = 0, j: int = 0) -> float:
         """Kind of the pair ``i``, ``j`` pieces beyond the middles."""
-        return float(plain(held_kind)(self.middle[0] + i, self.middle[1] + j, self.pieces))
+        return float(plain(contact_kind)(self.middle[0] + i, self.middle[1] + j, self.pieces))
 
 
 STRAIGHT = np.inf
@@ -135,9 +135,9 @@ def test_copies_in_a_cell_have_their_marks_in_common():
     everything = Pieces(*(
         np.concatenate([a, b]) for a, b in zip(pair.pieces[:6], copies.pieces[:6], strict=True)
     ), pair.pieces.along)  # fmt: skip
-    assert plain(held_kind)(22 + 5, 33 + 5, everything) == FIRST_ALONG
-    assert plain(held_kind)(33 + 5, 22 + 5, everything) == SECOND_ALONG
-    assert plain(held_kind)(5, 33 + 5, everything) == FIRST_ALONG
+    assert plain(contact_kind)(22 + 5, 33 + 5, everything) == FIRST_ALONG
+    assert plain(contact_kind)(33 + 5, 22 + 5, everything) == SECOND_ALONG
+    assert plain(contact_kind)(5, 33 + 5, everything) == FIRST_ALONG
 
 
 def test_where_both_lie_along_each_other_the_lower_master_is_held():
@@ -147,7 +147,7 @@ def test_where_both_lie_along_each_other_the_lower_master_is_held():
         pair.pieces.along[i, 0] = 1 - pair.pieces.chain[i]
     assert pair.kind() == FIRST_ALONG
     turned = pair.pieces._replace(master=np.arange(22)[::-1].copy(), chain=np.repeat([1, 0], 11)[::-1].copy())
-    assert plain(held_kind)(*pair.middle, turned) == SECOND_ALONG
+    assert plain(contact_kind)(*pair.middle, turned) == SECOND_ALONG
 
 
 def test_a_piece_keeps_a_mark_for_each_yarn_that_it_lies_along():
@@ -168,7 +168,7 @@ def step_of(line: float) -> tuple[float, float]:
 def test_each_kind_holds_its_parameter():
     free = step_of(POINT)
     assert all(abs(v) > 1e-3 for v in free)
-    for line in (BESIDE, FIRST_ALONG):
+    for line in (SIDE_BY_SIDE, FIRST_ALONG):
         assert step_of(line)[0] == 0.0
         assert step_of(line)[1] == pytest.approx(0.05 + 0.05 * 0.75**0.5)  # the foot of the point on the second yarn
     assert step_of(SECOND_ALONG)[1] == 0.0
@@ -207,15 +207,15 @@ def contact(line: float, pieces: tuple[int, int]) -> Contacts:
         (SECOND_ALONG, (6, 16, -0.1, 0.5, POINT), True),
         (FIRST_ALONG, (5, 17, 0.5, -0.4, FIRST_ALONG), True),
         (FIRST_ALONG, (6, 16, 0.5, 0.5, FIRST_ALONG), False),
-        (BESIDE, (5, 16, 0.5, 0.5, FIRST_ALONG), True),
-        (BESIDE, (5, 17, 0.5, -0.2, FIRST_ALONG), True),
-        (BESIDE, (5, 17, 0.5, -0.2, POINT), False),
+        (SIDE_BY_SIDE, (5, 16, 0.5, 0.5, FIRST_ALONG), True),
+        (SIDE_BY_SIDE, (5, 17, 0.5, -0.2, FIRST_ALONG), True),
+        (SIDE_BY_SIDE, (5, 17, 0.5, -0.2, POINT), False),
     ],
 )
 def test_depth_goes_to_the_contact_at_the_held_piece(was, place, heir):
     old, chain = contact(was, (5, 16)), np.repeat([0, 1], 11)
     lists, taken = (np.full(22, -1), np.full(1, -1)), np.zeros(1, np.bool_)
-    plain(push)(old, 0, lists)
+    plain(add_to_lists)(old, 0, lists)
     assert plain(predecessor)(old, lists, chain, taken, place) == (0 if heir else -1)
     assert taken[0] == heir
     assert plain(predecessor)(old, lists, chain, taken, place) == -1  # one heir
@@ -230,15 +230,15 @@ def test_depth_goes_to_the_contact_at_the_held_piece(was, place, heir):
         (FIRST_ALONG, True, True, True),
         (FIRST_ALONG, False, False, True),
         (SECOND_ALONG, True, False, True),
-        (BESIDE, False, False, False),
-        (BESIDE, True, False, True),
+        (SIDE_BY_SIDE, False, False, False),
+        (SIDE_BY_SIDE, True, False, True),
     ],
 )
 def test_contacts_that_are_no_longer_what_they_were_are_looked_for_anew(line, marked, moved, looked_for):
     pair = crossed(APART, STRAIGHT)
     if marked:
         pair.found()
-    assert bool(plain(_is_looked_for)(*pair.middle, 0.5, 0.5, line, np.full(22, moved), pair.pieces)) is looked_for
+    assert bool(plain(_needs_search)(*pair.middle, 0.5, 0.5, line, np.full(22, moved), pair.pieces)) is looked_for
 
 
 def test_tracked_contacts_mark_as_found_ones_do():
@@ -249,7 +249,7 @@ def test_tracked_contacts_mark_as_found_ones_do():
 
 def test_copies_of_a_held_contact_are_one_whichever_way_round():
     """Yarns side by side are not: the one way round another yarn is sampled."""
-    kinds = np.array([POINT, BESIDE, FIRST_ALONG, SECOND_ALONG], int)
+    kinds = np.array([POINT, SIDE_BY_SIDE, FIRST_ALONG, SECOND_ALONG], int)
     assert LINES[1][kinds[3]] == LINES[0][kinds[2]]
     assert LINES[1][kinds[2]] == LINES[0][kinds[3]]
     assert LINES[1][kinds[1]] != LINES[0][kinds[1]]
@@ -260,7 +260,7 @@ def test_contacts_that_marks_make_another_kind_are_looked_for_where_nothing_move
     """One that walked onto a marked piece would be dropped, and not found."""
     pair = crossed(APART, STRAIGHT)
     pair.found()
-    for line, told in ((POINT, True), (FIRST_ALONG, False), (SECOND_ALONG, True), (BESIDE, True)):
+    for line, told in ((POINT, True), (FIRST_ALONG, False), (SECOND_ALONG, True), (SIDE_BY_SIDE, True)):
         moved = np.zeros(22, np.bool_)
         plain(flag_other_kinds)(contact(line, pair.middle), 1, pair.pieces, moved)
         assert np.flatnonzero(moved).tolist() == (list(pair.middle) if told else [])
@@ -271,7 +271,7 @@ def test_a_piece_does_not_lie_along_its_own_image():
     pair.found()
     own = pair.pieces._replace(master=np.full(22, 5), chain=np.zeros(22, np.int64))
     own.along[:] = 0
-    assert plain(held_kind)(*pair.middle, own) == POINT
+    assert plain(contact_kind)(*pair.middle, own) == POINT
 
 
 def test_of_two_contacts_at_a_place_the_one_that_is_free_is_taken():
@@ -279,7 +279,7 @@ def test_of_two_contacts_at_a_place_the_one_that_is_free_is_taken():
     both = Contacts(*(np.concatenate([row, row], axis=-1) for row in old[:18]))
     lists, taken = (np.full(22, -1), np.full(2, -1)), np.zeros(2, np.bool_)
     for c in (0, 1):
-        plain(push)(both, c, lists)
+        plain(add_to_lists)(both, c, lists)
     place = (5, 16, 0.5, 0.5, FIRST_ALONG)
     assert sorted(plain(predecessor)(both, lists, chain, taken, place) for _ in range(2)) == [0, 1]
     assert plain(predecessor)(both, lists, chain, taken, place) == -1

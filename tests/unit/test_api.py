@@ -158,21 +158,21 @@ def test_a_run_of_both_directions_passes_only_if_both_do(tmp_path):
     assert list(runs.curve.columns) == ["direction", "time_ms", "force_n"] and len(runs.curve) == 4
     assert list(runs.curve.index) == [0, 1, 2, 3] and runs["weft"].results == {"a_n": 1.0}
     with pytest.warns(knittest.errors.RefusedWarning, match="weft: energy"):
-        tests._warned(runs)
+        tests._warn_if_rejected(runs)
 
 
 @pytest.mark.parametrize("notebook", [True, False])
 def test_show_is_the_moving_view(tmp_path, monkeypatch, notebook):
     """Of one run and of several: in a notebook the pages whole, else each in the browser."""
-    from knittest.api import run, shown
+    from knittest.api import notebook_view, run
     from knittest.report_page.moving import page
 
     def view(folder):
         (folder / "view.html").write_text(f'<p class="a">{folder.name} & more</p>')
         return folder / "view.html"
 
-    monkeypatch.setattr(page, "view", view)
-    monkeypatch.setattr(shown, "in_notebook", lambda: notebook)
+    monkeypatch.setattr(page, "write_view", view)
+    monkeypatch.setattr(notebook_view, "is_in_notebook", lambda: notebook)
     opened: list[str] = []
     monkeypatch.setattr("webbrowser.open", opened.append)
     for name in ("warp", "weft"):

@@ -6,7 +6,7 @@ import pytest
 
 import knittest
 from knittest.errors import InputError, RefusedWarning
-from knittest.studies.trials.runner import Studied
+from knittest.studies.trials.runner import StudyResult
 
 RUNS = {
     "batch": "knittest.studies.batch.command.run_batch",
@@ -22,7 +22,7 @@ def called(monkeypatch, tmp_path):
 
     def call(name, *args, code=0, **given):
         found = []
-        monkeypatch.setattr(RUNS[name], lambda *handed: found.extend(handed) or Studied(tmp_path, code))
+        monkeypatch.setattr(RUNS[name], lambda *handed: found.extend(handed) or StudyResult(tmp_path, code))
         return getattr(knittest, name)(*args, **given), found
 
     return call

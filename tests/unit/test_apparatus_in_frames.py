@@ -16,14 +16,14 @@ from knittest.base.history import Body, Frame, History
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.export.meshes import write_frames
-from knittest.export.yarn_pictures import _cut, _scale
-from knittest.laboratory.base import Prepared
+from knittest.export.yarn_pictures import _colourbar_ends, _force_scale
+from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.cantilever.report import side_picture
-from knittest.laboratory.forming.pictures import _cut as cut_of_plan
+from knittest.laboratory.forming.pictures import _scale_extension as cut_of_plan
 from knittest.laboratory.friction.report import pressure_picture
 from knittest.laboratory.friction.rig import pull_axis
 from knittest.laboratory.picture_frame.pictures import FrameShape, _levels, draw_frame
-from knittest.laboratory.picture_frame.rig import PictureFrameTest, starting
+from knittest.laboratory.picture_frame.rig import PictureFrameTest, start_up_angle
 from knittest.laboratory.report_base import REPORTS
 from knittest.materials.trellis import crosshead
 from knittest.models.boundary import Boundary
@@ -49,7 +49,7 @@ def places(body: Body) -> np.ndarray:
     return body.points + body.offset[:, None, :]
 
 
-def same_as_tools(bodies: Sequence[Body], run: Run, prepared: Prepared) -> None:
+def same_as_tools(bodies: Sequence[Body], run: Run, prepared: PreparedSpecimen) -> None:
     """Compare ``bodies`` at the first frame with the tools that the rig makes."""
     boundary = Boundary(prepared.model, run.solver.safety * prepared.model.critical_step)
     prepared.rig.constrain(boundary)
@@ -130,15 +130,17 @@ def test_the_start_up_of_a_frame_ends_where_its_rate_is_reached(sets):
     rig = PictureFrameTest(run, np.arange(4), run.rig.side_mm**2)
     rate = np.array(rig.shear.value)
     full = rig.shear.time[int(np.argmax(rate > (1.0 - 1e-9) * rate.max()))]
-    assert np.rad2deg(rig.angle(full)) == pytest.approx(starting(run), rel=1e-6)
-    assert starting(run) < 0.2 * run.rig.max_angle
+    assert np.rad2deg(rig.angle(full)) == pytest.approx(start_up_angle(run), rel=1e-6)
+    assert start_up_angle(run) < 0.2 * run.rig.max_angle
 
 
 @pytest.mark.parametrize(("more", "cut"), [(0.0, "neither"), (5.0, "max"), (-5.0, "min")])
 def test_a_bar_of_forces_has_an_arrow_where_forces_lie_beyond(more, cut):
     frame = beam_history().frames[1]
-    scale = _scale("axial_force", replace(frame, fields={"axial_force": np.array([0.0, 1.0]), "alive": np.ones(2)}))
-    assert _cut(scale, [np.array([0.0, 1.0]), np.array([more, 0.5])]) == cut
+    scale = _force_scale(
+        "axial_force", replace(frame, fields={"axial_force": np.array([0.0, 1.0]), "alive": np.ones(2)})
+    )
+    assert _colourbar_ends(scale, [np.array([0.0, 1.0]), np.array([more, 0.5])]) == cut
 
 
 def test_a_bar_in_plan_is_cut_but_for_rounding():

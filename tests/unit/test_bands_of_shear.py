@@ -8,7 +8,7 @@ from docs.lost import cause, causes
 from docs.validation_order import lost_text, verdict
 from knittest.experiment.tables import shear_bands
 from knittest.report_page.studies import studies
-from knittest.runs.show import band_line
+from knittest.runs.terminal_output import band_line
 from knittest.studies.uncertainty.outcome import VariableRow
 
 FABRICS = ("pham2019-v1", "pham2019-v2")

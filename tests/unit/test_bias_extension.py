@@ -9,12 +9,12 @@ from pydantic import ValidationError
 from knittest.base.errors import InputError
 from knittest.base.history import Frame
 from knittest.config.loading import resolve
-from knittest.fabric.strip import YarnPath, cells_under, cut_on_the_bias, turned
+from knittest.fabric.strip import YarnPath, cells_for_bias_strip, cut_on_the_bias, rotate_to_bias
 from knittest.kernels.contact import spline_weights
 from knittest.laboratory.bias_extension.config import BiasExtensionRig
-from knittest.laboratory.bias_extension.strip import BiasStrip, YarnsOnTheBias, bias_mesh, diamonds
+from knittest.laboratory.bias_extension.strip import BiasStrip, BiasYarns, bias_mesh, diamond_counts
 from knittest.laboratory.bias_extension.test import BiasExtension
-from knittest.laboratory.bias_extension.zones import HALF, MIDDLE, RIGID, is_read, zones
+from knittest.laboratory.bias_extension.zones import HALF, MIDDLE, RIGID, is_inner_middle, zones
 from knittest.laboratory.strips import YarnStrip
 
 STRIPS = [BiasStrip(200.0, 100.0), BiasStrip(310.0, 100.0)]
@@ -77,7 +77,7 @@ def test_the_normalised_force_is_the_recursion_of_cao_et_al(strip):
     gamma = np.deg2rad(np.linspace(0.0, 50.0, 2001))
     law = 0.02 + 0.1 * gamma + 0.5 * gamma**4  # with a force at rest, as friction leaves
     force = strip.force(law, np.interp(0.5 * gamma, gamma, law), gamma)
-    found = strip.normalised(force, gamma)
+    found = strip.normalised_force(force, gamma)
     assert found == pytest.approx(law / np.cos(gamma), rel=1e-6)
     length, width = strip.length, strip.width
     half = np.interp(0.5 * gamma, gamma, found)
@@ -104,7 +104,7 @@ def test_a_short_strip_has_no_middle():
 def test_the_middle_is_read_in_its_inner_half():
     strip = STRIPS[0]
     points = np.array([[0.0, 0.0], [0.0, 24.0], [0.0, 26.0], [24.0, 0.0], [26.0, 0.0], [0.0, 60.0], [13.0, 13.0]])
-    assert is_read(points, strip).tolist() == [True, True, False, True, False, False, False]
+    assert is_inner_middle(points, strip).tolist() == [True, True, False, True, False, False, False]
 
 
 @pytest.mark.parametrize(("length", "width", "size"), [(200.0, 100.0, 10.0), (230.0, 115.0, 5.0), (260.0, 100.0, 12.0)])
@@ -121,7 +121,7 @@ def test_the_mesh_fills_the_strip_along_its_yarns(length, width, size):
     assert count.max() == 2  # a side of two shells, or on the edge of the strip
     rim = np.abs(points[kept[count == 1]][:, :, :2]) / [0.5 * width, 0.5 * length]
     assert (np.isclose(rim, 1.0).all(axis=1)).any(axis=1).all()
-    along, across = diamonds(length, width, size)
+    along, across = diamond_counts(length, width, size)
     assert along / across == pytest.approx(length / width, rel=0.08)
 
 
@@ -147,7 +147,7 @@ LEAST = {"warp": 4, "weft": 4, "knit": 4}
 
 def straight(length: float, width: float) -> tuple[list[YarnPath], int, int]:
     """Straight inlays of a piece about the origin, large enough for a strip on the bias."""
-    n_wales, n_courses = cells_under(length, width, PITCH)
+    n_wales, n_courses = cells_for_bias_strip(length, width, PITCH)
     size = np.array([n_wales, n_courses]) * PITCH
     paths = []
     for system, axis, count, pitches in (("warp", 1, n_wales, n_courses), ("weft", 0, n_courses, n_wales)):
@@ -176,24 +176,24 @@ def test_pieces_lie_in_the_strip_and_reach_its_edges():
     long = cut_on_the_bias(paths, 60.0, 30.0, {"warp": 20, "weft": 20})
     assert len(long) < len(found) and min(len(path.points) for path in long) >= 21
     for path in found:
-        whole = turned(next(p for p in paths if (p.system, p.index) == (path.system, path.index)).points)
+        whole = rotate_to_bias(next(p for p in paths if (p.system, p.index) == (path.system, path.index)).points)
         assert path.points == pytest.approx(whole[path.first : path.first + len(path.points)])
-        assert path.uncut.points == pytest.approx(whole) and paths[0].uncut is paths[0]
+        assert path.uncut_path.points == pytest.approx(whole) and paths[0].uncut_path is paths[0]
 
 
 def test_a_yarn_that_leaves_the_strip_and_comes_back_is_two():
     wave = np.column_stack([np.linspace(-40.0, 40.0, 161), 12.0 * np.sin(np.linspace(0.0, 25.0, 161)), np.zeros(161)])
     flat = wave @ np.array([[0.5**0.5, -(0.5**0.5), 0.0], [0.5**0.5, 0.5**0.5, 0.0], [0.0, 0.0, 1.0]])
-    assert turned(flat) == pytest.approx(wave)
+    assert rotate_to_bias(flat) == pytest.approx(wave)
     found = cut_on_the_bias([YarnPath("knit", 0, flat)], 20.0, 60.0, {"knit": 1})
     assert len(found) > 3 and len({path.first for path in found}) == len(found)
 
 
-def frames(strip: BiasStrip, angle: float, slide: float = 0.0) -> tuple[YarnsOnTheBias, Frame, Frame]:
+def frames(strip: BiasStrip, angle: float, slide: float = 0.0) -> tuple[BiasYarns, Frame, Frame]:
     """Yarns of a strip, as cut and moved as pin-jointed ones by ``angle``, the warps slid by ``slide`` [mm] along y."""
     paths, n_wales, n_courses = straight(strip.length, strip.width)
     found = cut_on_the_bias(paths, strip.length, strip.width, LEAST)
-    yarns = YarnsOnTheBias(YarnStrip([], {}, {}), found, n_wales, n_courses)
+    yarns = BiasYarns(YarnStrip([], {}, {}), found, n_wales, n_courses)
     start = np.concatenate([path.points for path in found])
     of_warp = np.concatenate([np.full(len(path.points), path.system == "warp") for path in found])
     moved = np.column_stack([pin_jointed(start[:, :2], strip, angle), start[:, 2]])
@@ -205,7 +205,7 @@ def test_a_cut_yarn_ends_half_as_far_from_its_line_as_with_its_control_points_ke
     count = np.arange(81.0)
     wave = np.stack([0.5 * count - 20.0, np.zeros(81), np.sin(0.5 * np.pi * count + 0.3)], axis=1)
     (piece,) = cut_on_the_bias([YarnPath("weft", 0, wave)], 25.0, 25.0, {"weft": 4})
-    whole, end = turned(wave), np.array(spline_weights.py_func(1.5))
+    whole, end = rotate_to_bias(wave), np.array(spline_weights.py_func(1.5))
     last = piece.first + len(piece.points) - 1
     for ends, at, beside in ((piece.points[-3:], last, 1), (piece.points[2::-1], piece.first, -1)):
         around = whole[[at - beside, at, at + beside]]

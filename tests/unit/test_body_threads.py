@@ -3,7 +3,7 @@
 import numba
 import pytest
 
-from knittest.kernels.threading import limited
+from knittest.kernels.threading import limit_threads
 from knittest.pose import ALL, Body, Chain, PeriodicBody, PeriodicChain, round_section
 from knittest.solve.pace import TRIES
 
@@ -20,7 +20,7 @@ def test_a_small_body_never_tries_more_threads(monkeypatch, asked):
         body.boundary.move([0], dof)
     seen: list[int] = []
     monkeypatch.setattr(body.model, "step", lambda *arguments: seen.append(numba.get_num_threads()))
-    with limited(MOST):
+    with limit_threads(MOST):
         for _ in range(3 * TRIES):
             body.step(20)
         assert numba.get_num_threads() == MOST
@@ -33,7 +33,7 @@ def test_a_cell_that_settles_keeps_to_its_own_and_leaves_those_of_the_process(mo
     body = PeriodicBody.of_cell([chain], [(4.0, 0.0, 0.0), (0.0, 4.0, 0.0)])
     seen: list[int] = []
     monkeypatch.setattr(body.model, "step", lambda *arguments: seen.append(numba.get_num_threads()))
-    with limited(MOST):
+    with limit_threads(MOST):
         body.settle(most_steps=500)
         assert numba.get_num_threads() == MOST
     assert set(seen) == {1}

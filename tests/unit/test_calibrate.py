@@ -10,7 +10,7 @@ from knittest.base.files import configs_dir
 from knittest.base.interrupts import Interrupted
 from knittest.config.loading import resolve
 from knittest.config.yaml_loader import load_yaml
-from knittest.studies.calibrate.outcome import judgement
+from knittest.studies.calibrate.outcome import estimate_from_slopes
 from knittest.studies.calibrate.problem import Parameter, problem_of
 
 RESULT = Path("runs/calibrate-c")
@@ -92,7 +92,7 @@ def test_parameters_that_cannot_be_told_apart_are_told():
     both = [Parameter((("fabric", name),), "N mm", 1.0, 9.0, 5.0, False, None, "c.yaml:4") for name in names]
 
     def warnings(*slopes):
-        return judgement(both, (5.0, 5.0), np.array(slopes), 0.05).warnings
+        return estimate_from_slopes(both, (5.0, 5.0), np.array(slopes), 0.05).warnings
 
     assert warnings([20.0, 0.0], [0.0, 20.0]) == []
     assert warnings([60.0, 60.0], [60.0, 90.0]) == [

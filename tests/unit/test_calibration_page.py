@@ -8,7 +8,7 @@ from calibration_cases import BEND, Pretending, calibrate, outcome
 from html_page import HtmlPage, near
 
 from knittest.cli.main import run
-from knittest.report_page.pictures import light
+from knittest.report_page.pictures import compress_picture
 
 FOLDER = Path("runs/calibrate-c")
 
@@ -45,7 +45,7 @@ def test_parameters_targets_points_picture_and_files_are_on_the_page(found):
     best = [one["values"] == [found["parameters"][0]["value"]] for one in found["evaluations"]]
     assert state == ["found" if one else "ran" for one in best] and sum(best) == 1
     assert points[1][3].startswith(f"{found['evaluations'][0]['simulated'][0]:.1f}")
-    assert [e.get("src") for e in page.all("img")] == [light((FOLDER / "convergence.png").read_bytes())]
+    assert [e.get("src") for e in page.all("img")] == [compress_picture((FOLDER / "convergence.png").read_bytes())]
     saved = {a.get("download") for a in page.section("repeat").iter("a") if a.get("download")}
     assert saved == {"calibration.yaml", "fabric.yaml"}
     assert "knittest calibrate calibration.yaml" in page.text() and "source: tuned" in page.text()

@@ -12,19 +12,19 @@ from report_sample import write_run
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
 from knittest.base.interrupts import Interrupts
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.laboratory.base import Prepared, fabric_laminate
-from knittest.laboratory.cantilever import yarns
+from knittest.config.yaml_writer import dump
+from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
+from knittest.laboratory.cantilever import meso_strip
 from knittest.laboratory.cantilever.corrections import CantileverCorrections
-from knittest.laboratory.cantilever.shells import Mounting, mount_shells, root_curvature
+from knittest.laboratory.cantilever.macro_strip import StripMount, mount_shells, root_curvature
 from knittest.laboratory.cantilever.test import Cantilever, given_overhang, stiffness_by_overhang
 from knittest.laboratory.numerical_error import mesh_factor
 from knittest.laboratory.report_base import REPORTS, TESTS
 from knittest.materials.heavy_elastica import chord_angle, heavy_elastica, overhang_ratio, stiffness_of
-from knittest.materials.laminate import enough_for_bending, softened
+from knittest.materials.laminate import scale_membrane, share_for_bending
 from knittest.runs.options import RunOptions
-from knittest.solve.relax import Relaxation
+from knittest.solve.relaxation import Relaxation
 from knittest.solve.state import Observer, SimulationCost
 from knittest.studies import verify
 from knittest.studies.trials.trial import Record
@@ -44,14 +44,14 @@ def test_a_coarse_strip_has_the_curvature_of_its_root_moment(rows: int) -> None:
     along = np.concatenate([[-OVERHANG / rows], np.linspace(0.0, OVERHANG, rows + 1)])
     reach, drop, turns = heavy_elastica(along, OVERHANG, WEIGHT, STIFFNESS)
     flat, now = (np.column_stack([0.0 * along, y, z]) for y, z in ((along, 0.0 * along), (reach, -drop)))
-    assert Mounting(flat, np.zeros(len(along))).curvature(now) == pytest.approx(moment / STIFFNESS, rel=0.015)
+    assert StripMount(flat, np.zeros(len(along))).curvature(now) == pytest.approx(moment / STIFFNESS, rel=0.015)
     found = root_curvature(np.repeat(along, 2), np.repeat(np.where(along > 0.0, turns, 0.0), 2))
     assert found == pytest.approx(moment / STIFFNESS, rel=0.015)
 
 
 def test_a_mount_that_only_holds_is_no_rig() -> None:
     """Nothing moves: no time passes, and nobody can simulate it by mistake."""
-    held = Prepared(None, Mounting(np.zeros((2, 3)), np.zeros(2)))  # type: ignore[arg-type]
+    held = PreparedSpecimen(None, StripMount(np.zeros((2, 3)), np.zeros(2)))  # type: ignore[arg-type]
     assert held.duration == 0.0
     with pytest.raises(TypeError, match="Mounting is a holder"):
         _ = held.rig
@@ -70,12 +70,12 @@ def test_shells_of_a_short_overhang_are_no_longer_across_than_along() -> None:
 STIFF = "fabric.macro.bending_stiffness.warp=200"
 
 
-def prepared(*sets: str) -> tuple[Any, Prepared]:
+def prepared(*sets: str) -> tuple[Any, PreparedSpecimen]:
     run = resolve(test="cantilever", scale="macro", preset="quick", variant="1", direction="warp", sets=list(sets))
     return run, Cantilever().prepare(run)
 
 
-def judged(run: Any, mounted: Prepared, hourglass: float = 0.0) -> Quality:
+def judged(run: Any, mounted: PreparedSpecimen, hourglass: float = 0.0) -> Quality:
     """A strip at rest, its hourglass over its internal energy."""
     last = {"root_moment_nmm": 1.0, "weight_moment_nmm": 1.0, "converged": 1.0, "drift_deg": 0.0, "steps": 9.0} | {
         "hourglass_over_internal": hourglass
@@ -84,7 +84,7 @@ def judged(run: Any, mounted: Prepared, hourglass: float = 0.0) -> Quality:
     return Cantilever().assess(run, mounted, History(mounted.model.mesh, {}, energies, []), SimulationCost())
 
 
-def warned(run: Any, mounted: Prepared) -> tuple[str, ...]:
+def warned(run: Any, mounted: PreparedSpecimen) -> tuple[str, ...]:
     """Warnings on a strip at rest that no gate refuses."""
     quality = judged(run, mounted)
     assert not quality.failures
@@ -103,9 +103,9 @@ def test_a_stiff_fabric_takes_what_is_enough_and_says_so() -> None:
     run, mounted = prepared(STIFF)
     share = mounted.facts["membrane_share"]
     card = fabric_laminate(run)
-    assert (softened(card, share).slope > 0.0).all()
+    assert (scale_membrane(card, share).slope > 0.0).all()
     with pytest.raises(InputError, match="leaves less membrane stiffness"):
-        softened(card, 0.75 * share)  # hardly more than is needed
+        scale_membrane(card, 0.75 * share)  # hardly more than is needed
     (told,) = warned(run, mounted)
     assert f"rig.membrane_share = {share:g} instead of the default 0.01" in told
 
@@ -126,8 +126,8 @@ def test_a_run_that_goes_on_from_its_folder_keeps_who_chose(tmp_path: Any) -> No
 def test_enough_is_what_is_kept_unless_bending_needs_more() -> None:
     card = fabric_laminate(prepared()[0])
     least = float((2.0 * card.outer / (card.slope[:, 0] + 2.0 * card.outer)).max())
-    assert enough_for_bending(card, 1.01 * least) == 1.01 * least
-    assert 1.2 * least <= enough_for_bending(card, 0.99 * least) <= 1.2 * least + 0.01
+    assert share_for_bending(card, 1.01 * least) == 1.01 * least
+    assert 1.2 * least <= share_for_bending(card, 0.99 * least) <= 1.2 * least + 0.01
 
 
 @pytest.mark.parametrize(
@@ -148,8 +148,8 @@ def at_rest(monkeypatch, residual) -> tuple[Relaxation, list[float], list[int]]:
     rubbed: list[int] = []
 
     class Course:
-        dt, overlaps, rubs = 1e-3, None, False
-        sections = SimpleNamespace(limited=lambda curvature, most: curvature)
+        dt, overlaps, has_friction = 1e-3, None, False
+        sections = SimpleNamespace(limit_turns=lambda curvature, most: curvature)
 
         def __init__(self, *_) -> None:
             self.done = Relaxation()
@@ -158,9 +158,9 @@ def at_rest(monkeypatch, residual) -> tuple[Relaxation, list[float], list[int]]:
             asked.append(steps)
             return np.zeros(9)
 
-        def judge(self, moments) -> None:
+        def update_residual(self, moments) -> None:
             self.done.residual = residual(len(asked) - 2)
-            self.done.converged = self.done.residual < yarns.BALANCED
+            self.done.converged = self.done.residual < meso_strip.BALANCED
 
         def turn(self, *_) -> None:
             pass
@@ -179,28 +179,30 @@ def at_rest(monkeypatch, residual) -> tuple[Relaxation, list[float], list[int]]:
         "_Course": Course, "_mounting": lambda prepared: mounting, "_bend": lambda *_: None,
         "_angle": lambda *_: 40.0, "_tips": lambda *_: [0],
     }.items():  # fmt: skip
-        monkeypatch.setattr(yarns, name, value)
+        monkeypatch.setattr(meso_strip, name, value)
     run = resolve(variant="1", scale="meso", test="cantilever", preset="quick", direction="warp")
     prepared = SimpleNamespace(facts={"overhang_mm": 100.0, "width_mm": 25.0}, model=model)
     observer, shares = Observer(), list[float]()
-    monkeypatch.setattr(observer, "settling", shares.append, raising=False)
-    found = yarns.yarns_to_rest(prepared, run, SimpleNamespace(), observer)
-    assert rubbed in ([], [yarns.RUBBING])
+    monkeypatch.setattr(observer, "relaxation_progress", shares.append, raising=False)
+    found = meso_strip.relax_yarns(prepared, run, SimpleNamespace(), observer)
+    assert rubbed in ([], [meso_strip.RUBBING])
     return found.relaxation, shares, asked[2:]
 
 
 def test_a_strip_that_comes_to_rest_late_gets_the_turns_it_needs(monkeypatch):
     found, shares, steps = at_rest(monkeypatch, lambda turn: 0.5 * 0.9**turn)
     assert found.converged and len(steps) == 44
-    assert set(steps) == {yarns.BETWEEN}
-    assert shares == sorted(shares) and [shares[0], 1.0] == pytest.approx([2.0 * yarns.FIRST, shares[-1]], abs=0.02)
+    assert set(steps) == {meso_strip.BETWEEN}
+    assert shares == sorted(shares) and [shares[0], 1.0] == pytest.approx(
+        [2.0 * meso_strip.FIRST, shares[-1]], abs=0.02
+    )
 
 
 @pytest.mark.parametrize(
     ("residual", "turns"),
     [
-        (lambda turn: 0.1 if turn < 5 else 0.02, yarns.RUBBING + yarns.STALLED),
-        (lambda turn: 0.1 - 1e-4 * turn, yarns.MOST_TURNS),
+        (lambda turn: 0.1 if turn < 5 else 0.02, meso_strip.RUBBING + meso_strip.STALLED),
+        (lambda turn: 0.1 - 1e-4 * turn, meso_strip.MOST_TURNS),
     ],
 )
 def test_a_strip_that_no_turn_improves_or_that_takes_too_many_is_given_up(monkeypatch, residual, turns):
@@ -239,8 +241,8 @@ def error_of(folder: Path, monkeypatch: Any, mode: str, chords: tuple[float, flo
         }
 
     monkeypatch.setattr(verify, "_records", run)
-    found = verify.finished(resolve(config=folder / "config.yaml"), folder)
-    return verify.verified(found, RunOptions(quiet=True), Interrupts()).summary
+    found = verify.read_outcome(resolve(config=folder / "config.yaml"), folder)
+    return verify.verify_outcome(found, RunOptions(quiet=True), Interrupts()).summary
 
 
 def test_an_overhang_taken_within_the_tolerance_of_the_plane_is_not_exact(tmp_path: Path, monkeypatch: Any) -> None:
@@ -309,7 +311,9 @@ def test_the_error_of_yarns_holds_what_the_last_drift_would_change(tmp_path: Pat
     expected = 171.0 * (1.0 - ratio) if mode == "overhang" else 0.0
     assert errors["overhang_mm"]["error"] == pytest.approx(expected, abs=1e-9) and ratio < 1.0
     known = {"chord_angle_deg": 41.5, "overhang_mm": 171.0}
-    assert known.items() <= CantileverCorrections().rested(cantilever(f"rig.mode={mode}"), known).items()
+    assert (
+        known.items() <= CantileverCorrections().correct_to_equilibrium(cantilever(f"rig.mode={mode}"), known).items()
+    )
 
 
 @pytest.mark.parametrize("chord", [0.5, 86.0, float("nan")])
@@ -327,10 +331,10 @@ def test_the_measured_overhang_is_compared_at_the_plane_of_the_run() -> None:
 
 def _rows(plane: float, mode: str) -> Any:
     from knittest.base.files import data_dir
-    from knittest.experiment.tables import published
+    from knittest.experiment.tables import published_rows
 
     run = cantilever(f"rig.mode={mode}", f"rig.plane_angle={plane}")
-    rows = published(data_dir() / "pham2019", "1", "warp", ("overhang_mm",))
+    rows = published_rows(data_dir() / "pham2019", "1", "warp", ("overhang_mm",))
     return REPORTS["cantilever"].scaled(run, rows)
 
 

@@ -7,12 +7,12 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.laboratory.cell import test
 from knittest.laboratory.cell.config import read_steps
-from knittest.laboratory.cell.path import KNOTS, path_of, timed
+from knittest.laboratory.cell.path import KNOTS, path_of, time_path
 from knittest.laboratory.cell.test import Cell, curl, secant
-from knittest.laboratory.cell.test import torn as said_of_torn
+from knittest.laboratory.cell.test import torn_message as said_of_torn
 from knittest.models.crossings import parts_of_nodes
 from knittest.models.meso import build_meso_cell
 from knittest.solve.state import SILENT
@@ -77,7 +77,7 @@ def test_stretches_go_along_their_yarns(kind, expected):
 
 def test_rates_bring_the_lattice_to_the_end_of_its_path():
     run = run_of("rig.max_angle=40")
-    path, progress = timed(run, path_of(run, REFERENCE))
+    path, progress = time_path(run, path_of(run, REFERENCE))
     for name, table in path.rates(progress).items():
         q = ("ax", "ay", "az", "bx", "by").index(name)
         assert table.integral(path.duration) == pytest.approx(path.at[-1, q] - path.at[0, q], rel=1e-4)
@@ -122,7 +122,7 @@ def test_free_fabric_curls_to_where_it_has_no_moment():
 @pytest.mark.parametrize(("torn", "strain"), [("ends", 0.9), ("ends", 1.1), ("refused", 1.1)])
 def test_a_path_ends_where_a_yarn_comes_to_its_fracture_strain_if_it_may(torn, strain, monkeypatch):
     run = run_of("rig.path=warp", f"rig.torn={torn}", "rig.max_strain=1.5")
-    monkeypatch.setattr(test, "row_of", lambda model: {})
+    monkeypatch.setattr(test, "record_row", lambda model: {})
     fracture = run.fabric.reinforcing.fracture_strain_fraction
     mesh = SimpleNamespace(part_names=("warp", "weft", "knit"), part=np.array([0, 1, 2]))
     fields = {"axial_strain": np.array([strain * fracture, 0.0, 0.0])}
@@ -183,10 +183,10 @@ def test_a_path_that_tears_the_cell_names_the_number_that_would_do():
     yarn = run.fabric.reinforcing
     most = 100.0 * ((1.0 + yarn.crimp_fraction.warp) * (1.0 + yarn.fracture_strain_fraction) - 1.0)
     with pytest.raises(InputError, match=r"tears the warp yarns.*rig\.max_strain=([\d.]+)") as refused:
-        Cell().refuse(run)
+        Cell().check_run(run)
     given = float(str(refused.value).rpartition("rig.max_strain=")[2].split()[0])
     assert 0.9 * most < given <= most
-    Cell().refuse(run_of("rig.path=warp", f"rig.max_strain={given}"))
+    Cell().check_run(run_of("rig.path=warp", f"rig.max_strain={given}"))
     said = said_of_torn(run_of("rig.path=weft", "rig.max_strain=1"), "knit", 0.1, 0.5)
     assert "tears the knit yarns, whose fracture strain is 10.00 %; use --set rig.max_strain=0.5" in said
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.runs import opening
+from knittest.runs import opened_run
 from knittest.runs.checkpoints import Checkpoints, SpecimenKeeper
 from knittest.solve.state import Snapshot
 
@@ -38,10 +38,10 @@ def test_each_keeps_its_newest_two_and_resumes_from_its_own(folder):
     assert len(list(folder.glob("checkpoint-frame-*"))) == 4
     store = Checkpoints(folder, {"version": "1"}, 1.0)
     for specimen, time in ((1, 6.0), (2, 2.0)):
-        with store.keeping(specimen) as keeper:
+        with store.hold_signals(specimen) as keeper:
             found = keeper.resume_from()
         assert found is not None and found.time == time and float(found.frames[0]["position"][0]) in (4.0, 2.0)
-    with store.keeping(3) as keeper:
+    with store.hold_signals(3) as keeper:
         assert keeper.resume_from() is None
     assert [store.is_finished(k) for k in range(3)] == [True, False, False]
 
@@ -51,9 +51,9 @@ def test_a_change_since_any_of_them_is_refused(folder):
     found = store.find()
     assert found == [{"version": "1"}, {"version": "1"}, {"version": "2"}] and store.reached == 6.0
     with pytest.raises(InputError, match="version was 2, is 1; undo the changes, or resume with --force"):
-        opening._changes(folder, found, {"version": "1"}, force=False)
-    assert opening._changes(folder, found, {"version": "1"}, force=True) == ["version was 2, is 1"]
-    assert opening._changes(folder, found[:2], {"version": "1"}, force=False) == []
+        opened_run._check_changes(folder, found, {"version": "1"}, force=False)
+    assert opened_run._check_changes(folder, found, {"version": "1"}, force=True) == ["version was 2, is 1"]
+    assert opened_run._check_changes(folder, found[:2], {"version": "1"}, force=False) == []
 
 
 def test_one_that_cannot_be_read_is_told_of_and_removed_and_the_others_stay(folder):
@@ -66,7 +66,7 @@ def test_one_that_cannot_be_read_is_told_of_and_removed_and_the_others_stay(fold
     assert [text.rpartition("no file of ")[2] for text in said if "no file of" in text] == [
         "specimen 1 can be read; the specimen is run again", "specimen 2 can be read; the specimen is run again",
     ]  # fmt: skip
-    store.tidy()
+    store.remove_unused()
     assert names(folder) == {"checkpoint-0002-0001.npz"} and not list(folder.glob(".*"))
     assert {path.name[:21] for path in folder.glob("checkpoint-frame-*")} == {"checkpoint-frame-0002"}
 
@@ -96,11 +96,11 @@ def test_the_older_one_is_used_where_the_newest_cannot_be_read(folder, monkeypat
     store = Checkpoints(folder, {"version": "1"}, 1.0, tell=told.append)
     store.find()
     assert store.reached == 5.0 and "checkpoint-0001-0003.npz cannot be read" in told[0]
-    store.tidy()
+    store.remove_unused()
     assert not newest.exists() and (damage != "folder" or len(list(folder.glob("*-not-a-file-*"))) == 1)
     monkeypatch.undo()
     store.write(1, snapshot(7.0))
-    assert store.newest(1)[1].time == 7.0
+    assert store.newest_checkpoint(1)[1].time == 7.0
 
 
 def test_short_memory_is_no_damage(folder, monkeypatch):
@@ -116,7 +116,7 @@ def test_short_memory_is_no_damage(folder, monkeypatch):
 
 def test_a_specimen_that_restarts_forgets_its_frames_and_keeps_its_speed(tmp_path):
     store = Checkpoints(tmp_path, {"version": "1"}, 1e-9)
-    keeper = store.keeping(0)
+    keeper = store.hold_signals(0)
     with keeper as first:
         first.visit(lambda: snapshot(3.0, frames=2))
         assert SpecimenKeeper(store, 0).speed_share() == 1.0

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels.threading import claim, in_turn
+from knittest.kernels.threading import claim, next_partition
 from knittest.kernels.vec import PARALLEL, PARTITIONS
 
 
@@ -12,7 +12,7 @@ def _take_all(threads, sweeps, claimed, taken):
     for sweep in range(sweeps):
         for thread in prange(threads):
             for k in range(PARTITIONS):
-                p = in_turn(k, thread, threads)
+                p = next_partition(k, thread, threads)
                 if claim(claimed, p, sweep + 1):
                     taken[thread, p] += 1
 
@@ -26,6 +26,6 @@ def test_every_share_is_taken_once_a_sweep():
 
 
 def test_a_thread_asks_for_its_own_shares_first():
-    halves = [{int(in_turn.py_func(k, thread, 2)) for k in range(PARTITIONS // 2)} for thread in range(2)]
+    halves = [{int(next_partition.py_func(k, thread, 2)) for k in range(PARTITIONS // 2)} for thread in range(2)]
     assert halves[0] | halves[1] == set(range(PARTITIONS))
-    assert {int(in_turn.py_func(k, 1, 2)) for k in range(PARTITIONS)} == set(range(PARTITIONS))
+    assert {int(next_partition.py_func(k, 1, 2)) for k in range(PARTITIONS)} == set(range(PARTITIONS))

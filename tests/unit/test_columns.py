@@ -12,13 +12,13 @@ from report_sample import edit_json, write_run
 
 from knittest.base import layout
 from knittest.base.files import data_dir
-from knittest.base.layout import nearest, table, wrapped
+from knittest.base.layout import shorten_path, table, wrap_line
 from knittest.base.result_rows import LABELS, UNRESOLVED
 from knittest.cli.main import cli
 from knittest.config.loading import resolve
-from knittest.runs.preflight.of_tests import Counterpart, table_cells
-from knittest.runs.show import _NUMBERS, HEADER, curve_line, print_results
-from knittest.studies.verify import finished
+from knittest.runs.preflight.measured_counterparts import Counterpart, table_cells
+from knittest.runs.terminal_output import _NUMBERS, HEADER, curve_line, print_results
+from knittest.studies.verify import read_outcome
 
 WIDTH = 80
 WHY = "20 mm: refused: " + "why " * 30
@@ -76,17 +76,17 @@ def test_a_table_that_fits_is_left_alone_and_a_pipe_has_no_width(monkeypatch: py
 
 def test_lines_wrap_indented_and_keep_long_words() -> None:
     line = "  warning: " + "word " * 20 + "/a/path/that/is/longer/than/forty/columns/of/a/terminal end"
-    told = wrapped(line, 40)
+    told = wrap_line(line, 40)
     assert told[0].startswith("  warning: word") and all(part.startswith("    ") for part in told[1:])
     assert " ".join(" ".join(told).split()) == " ".join(line.split())
     assert [part for part in told if len(part) > 40] == ["    /a/path/that/is/longer/than/forty/columns/of/a/terminal"]
-    assert wrapped(line, None) == [line]
+    assert wrap_line(line, None) == [line]
 
 
 def test_paths_are_shown_from_here_where_that_is_shorter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    assert nearest(tmp_path / "runs/a") == "runs/a"
-    assert nearest("/x") == "/x" and nearest("runs/a") == "runs/a"
+    assert shorten_path(tmp_path / "runs/a") == "runs/a"
+    assert shorten_path("/x") == "/x" and shorten_path("runs/a") == "runs/a"
 
 
 @pytest.mark.parametrize("stream", [Terminal, io.StringIO])
@@ -110,7 +110,7 @@ def test_a_verified_run_fits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, st
             warnings=["a warning that is long enough to be wrapped: " + "it goes on " * 8],
         )  # fmt: skip
         out = stream()
-        print_results([finished(resolve(config=folder / "config.yaml"), folder)], out)
+        print_results([read_outcome(resolve(config=folder / "config.yaml"), folder)], out)
         text = plain(out.getvalue())
         fits(text, f"runs/{kind}-with-a-long-name", "in place of 20 mm: refused: why why", "it goes on it goes on")
         assert str(tmp_path) not in text

@@ -8,7 +8,6 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh
 from knittest.config.loading import resolve
-from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.compaction.report import CompactionReport
 from knittest.laboratory.compaction.test import (
     CREEP,
@@ -16,12 +15,13 @@ from knittest.laboratory.compaction.test import (
     MOST,
     REST,
     CompactionTest,
+    plate_contact_radius,
+    plate_force_difference,
+    plate_penetration,
     plate_stiffness,
-    sunk,
-    touching_radius,
-    uneven,
 )
-from knittest.laboratory.compaction.van_wyk import fit, loading, thickness_at, work
+from knittest.laboratory.compaction.van_wyk import first_loading, fit, thickness_at, work
+from knittest.laboratory.restart import history_from_time
 
 
 def quick(*sets: str):
@@ -54,7 +54,7 @@ def test_a_curve_that_is_no_such_law_has_no_exponent():
 
 def test_thickness_is_read_on_the_rising_pressure_only():
     t, p = np.array([2.0, 1.9, 1.8, 1.7, 1.6]), np.array([0.1, 1.0, 0.5, 10.0, 9.0])
-    assert loading(t, p)[0].tolist() == [2.0, 1.9, 1.7]
+    assert first_loading(t, p)[0].tolist() == [2.0, 1.9, 1.7]
     assert thickness_at(t, p, 1.0) == pytest.approx(1.9)
     assert thickness_at(t, p, np.sqrt(10.0)) == pytest.approx(1.8)
     assert np.isnan(thickness_at(t, p, 0.05)) and np.isnan(thickness_at(t, p, 20.0))
@@ -67,7 +67,7 @@ def test_a_node_touches_a_plate_where_its_centre_line_would():
     z = np.array([0.0, 0.4, 0.0, -0.4, 0.0])
     position = np.column_stack([np.arange(5.0), np.zeros(5), z])
     cells = np.column_stack([np.arange(4), np.arange(1, 5)])
-    found = touching_radius(position, cells, np.full(5, 0.3))
+    found = plate_contact_radius(position, cells, np.full(5, 0.3))
     assert z[1] + found[1] == pytest.approx((6.0 * 0.4) / 8.0 + 0.3)
     assert z[3] - found[3] == pytest.approx(-(6.0 * 0.4) / 8.0 - 0.3)
     assert found[[0, 2, 4]] == pytest.approx(0.3)
@@ -113,15 +113,15 @@ def made(force: np.ndarray) -> History:
 
 def test_plates_that_press_unlike_or_sink_in_are_seen():
     history = made(np.geomspace(0.001, 100.0, 2001))
-    assert uneven(history, 0.1) == pytest.approx(100.0 * 0.04 / 0.98, rel=1e-6)
-    assert sunk(history) == pytest.approx(2.0)  # 5 um into both, of 0.5 mm
+    assert plate_force_difference(history, 0.1) == pytest.approx(100.0 * 0.04 / 0.98, rel=1e-6)
+    assert plate_penetration(history) == pytest.approx(2.0)  # 5 um into both, of 0.5 mm
     rows = CompactionReport().curve([SimpleNamespace(history=history)])
     assert len(rows["pressure_kpa"]) == 2001 and (np.diff(rows["pressure_kpa"]) > 0.0).all()
 
 
 def test_energies_count_from_when_the_specimen_is_at_rest():
     history = made(np.ones(101))
-    later = after_rest(history, 5.0)
+    later = history_from_time(history, 5.0)
     assert later.curve["time_ms"][0] == pytest.approx(5.0) and later.energies["time_ms"][0] > 5.0
     assert later.energies["external_mj"][-1] == pytest.approx(3.0)  # half of 6
     assert later.energies["kinetic_mj"][-1] == pytest.approx(1.0)  # as it is

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knittest.experiment.compare import (
+from knittest.experiment.comparison import (
     best_shift,
     compare_curves,
     compare_results,

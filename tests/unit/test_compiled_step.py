@@ -78,7 +78,7 @@ def _cell():
 
 def _images():
     cell = _cell()
-    return periodic.follow, (1e-3, cell.nodes, cell.images)
+    return periodic.move_images, (1e-3, cell.nodes, cell.images)
 
 
 def _lattice():

@@ -18,21 +18,26 @@ from knittest.base.history import History, Specimen
 from knittest.base.result_rows import result_rows
 from knittest.cli.main import cli
 from knittest.config.loading import resolve
-from knittest.experiment.compare import compare_columns, compare_results
+from knittest.experiment.comparison import compare_columns, compare_results
 from knittest.experiment.conditions import Conditions
-from knittest.experiment.curves import ReferenceCurve, for_width, load_curve, normalised, per_width
-from knittest.experiment.tables import published
+from knittest.experiment.curves import ReferenceCurve, load_curve, normalise_force, scale_to_width, to_force_per_width
+from knittest.experiment.tables import published_rows
 from knittest.laboratory.base import fabric_laminate, tension_curve
 from knittest.laboratory.cantilever.test import stiffness_by_overhang
-from knittest.laboratory.forming.formed import strengths
-from knittest.laboratory.given_data import own_curves
-from knittest.laboratory.pull_out.report import embedded, for_length, for_whole_pitches, length_factor
+from knittest.laboratory.forming.results import strengths
+from knittest.laboratory.pull_out.report import (
+    embedded_length,
+    length_factor,
+    scale_curve_to_length,
+    scale_row_to_length,
+)
+from knittest.laboratory.reference_curves import own_curves
 from knittest.laboratory.report_base import REPORTS
 from knittest.materials.trellis import crosshead_force
-from knittest.runs.writing import judge, references_of
+from knittest.runs.run_files import compare_run, references_of
 from knittest.studies.batch.page import _result
 from knittest.studies.batch.picture import _values
-from knittest.studies.calibrate.targets import Number
+from knittest.studies.calibrate.targets import NumberTarget
 from knittest.studies.trials.trial import Record
 
 HEAD = "variant,direction,quantity,mean,sd,n,unit,table\n"
@@ -48,7 +53,7 @@ def tensile(width=50.0, direction="warp", scale="macro", **more):
 def rows_of(tmp_path, rows, run):
     """``rows`` of a table as the report of ``run`` scales them."""
     (tmp_path / "tensile-warp.csv").write_text(HEAD + rows)
-    found = published(tmp_path, "mine", "warp", ("peak_force_n", "fracture_strain_pct"))
+    found = published_rows(tmp_path, "mine", "warp", ("peak_force_n", "fracture_strain_pct"))
     return REPORTS[run.rig.kind].scaled(run, found)
 
 
@@ -144,9 +149,9 @@ def test_a_stated_peak_is_in_the_unit_of_the_column(tmp_path, peak):
     head = f"# kind: measured\n# strip_width_mm: 100\n# fracture_strain_pct: 1.7\n# {peak}\n"
     curve = load_curve(curve_file(tmp_path / "c.csv", head, 0.01, "force_n_per_mm"))
     assert curve.peak == pytest.approx((1.7, 64.0))
-    assert for_width(curve, 25.0).peak == pytest.approx((1.7, 1600.0))
+    assert scale_to_width(curve, 25.0).peak == pytest.approx((1.7, 1600.0))
     whole = load_curve(curve_file(tmp_path / "c.csv", head))
-    assert whole.peak == pytest.approx((1.7, 6400.0)) and per_width(whole).peak == pytest.approx((1.7, 64.0))
+    assert whole.peak == pytest.approx((1.7, 6400.0)) and to_force_per_width(whole).peak == pytest.approx((1.7, 64.0))
 
 
 def test_a_column_per_width_is_not_read_as_newtons(tmp_path):
@@ -232,7 +237,7 @@ def test_a_frames_force_needs_both_sides(tmp_path):
         own_curves(run, [path], Conditions(fabric_side_mm=200.0, frame_side_mm=100.0))
     curve = load_curve(path, Conditions(fabric_side_mm=200.0, frame_side_mm=200.0))
     (same,) = own_curves(run, [path], Conditions(fabric_side_mm=200.0, frame_side_mm=200.0))
-    assert normalised(curve).mean == pytest.approx(same.mean)
+    assert normalise_force(curve).mean == pytest.approx(same.mean)
 
 
 def test_what_the_shells_were_made_of_is_an_input(tmp_path, monkeypatch):
@@ -255,7 +260,7 @@ def test_bending_stiffness_is_compared_per_width():
 
     assert stiffness_by_overhang(run(25.0), 171.0, 41.5) == stiffness_by_overhang(run(50.0), 171.0, 41.5)
     assert stiffness_by_overhang(run(25.0), 171.0, 41.5) == pytest.approx(5.0536, rel=1e-4)
-    (row,) = published(data_dir() / "pham2019", "1", "warp", ("bending_stiffness_mncm2",))
+    (row,) = published_rows(data_dir() / "pham2019", "1", "warp", ("bending_stiffness_mncm2",))
     rows = REPORTS["cantilever"].scaled(run(25.0), [row])
     assert [r.quantity for r in rows] == ["bending_stiffness_eq2_n_mm_per_width", "bending_stiffness_n_mm_per_width"]
     assert all(r.mean == pytest.approx(5.06) and r.unit == "N mm" for r in rows)
@@ -336,11 +341,11 @@ def test_curves_are_compared_by_the_same_factor(tmp_path: Path):
     (curve,) = own_curves(run, [tmp_path / "c.csv"])
     force = 7332.0 / FACTOR * (strain / 1.6) ** 2
     columns = {"strain_pct": strain, "force_n": force, "force_moving_n": force}
-    found = compare_columns(report.for_nominal_size(run, columns), curve)
+    found = compare_columns(report.scale_to_nominal_size(run, columns), curve)
     errors = found["peak_error_pct"], found["rmse_pct_of_peak"]
     assert errors == pytest.approx((0.0, 0.0), abs=0.01) and STATED in found["note"]
-    assert report.for_nominal_size(run, columns)["force_moving_n"] is force  # what the model felt
-    assert report.size_free(run, columns)[1]["force_n"][-1] == pytest.approx(7332.0 / 50.0)
+    assert report.scale_to_nominal_size(run, columns)["force_moving_n"] is force  # what the model felt
+    assert report.size_free_curve(run, columns)[1]["force_n"][-1] == pytest.approx(7332.0 / 50.0)
 
 
 def test_runs_and_compare_take_the_curve_to_the_nominal_size(tmp_path: Path):
@@ -354,7 +359,7 @@ def test_runs_and_compare_take_the_curve_to_the_nominal_size(tmp_path: Path):
     results = {"peak_force_n": 7195.0, "fracture_strain_pct": 1.6}
     energies = {"time_ms": strain}
     specimen = Specimen(History(strip(2, 2)[0], columns, energies, []), results, quality(), cost(), {})
-    found = judge(run, [specimen], references_of(run, [tmp_path / "c.csv"]))
+    found = compare_run(run, [specimen], references_of(run, [tmp_path / "c.csv"]))
     force = next(row for row in found.comparison["rows"] if row["quantity"] == "peak_force_n")
     assert force["simulated"] == pytest.approx(7195.0 * FACTOR)
     assert found.own[0]["peak_error_pct"] == pytest.approx(0.0, abs=1e-3)
@@ -368,7 +373,7 @@ def test_runs_and_compare_take_the_curve_to_the_nominal_size(tmp_path: Path):
 
 def test_targets_of_a_calibration_are_met_by_the_nominal_size():
     row = peak_row(weft(specimens=2))
-    number = Number("t", row.quantity, row.mean, row.sd, 1.0, row.table, "", "", row.factors)
+    number = NumberTarget("t", row.quantity, row.mean, row.sd, 1.0, row.table, "", "", row.factors)
     peaks = {"mean": 7332.0, "sd": 253.0, "values": [7332.0 * n / 20.5 for n in (20, 21)]}
     single = replace(number, factors=peak_row(weft()).factors)
     for target, value in ((number, peaks), (single, 7332.0 / FACTOR)):
@@ -390,19 +395,19 @@ def test_a_frame_of_whole_pitches_is_compared_for_its_square():
     assert REPORTS["picture-frame"].factors(run) == (pytest.approx(2500.0 / area),)
     assert REPORTS["picture-frame"].size(run)[0] == 50.0
     angle = {"frame_shear_angle_deg": np.array([1.0]), "shear_force_n": np.array([area / 2500.0])}
-    assert REPORTS["picture-frame"].for_nominal_size(run, angle)["shear_force_n"] == pytest.approx([1.0])
+    assert REPORTS["picture-frame"].scale_to_nominal_size(run, angle)["shear_force_n"] == pytest.approx([1.0])
 
 
 def test_a_pull_out_counts_the_crossings_of_the_tested_length():
     """50 mm of variant 1's wales hold 14 crossings, 30 mm 8.4, of which 8 are modelled: 28.57 mm."""
     run = resolve(test="pull-out", variant="1", preset="quick", direction="weft", sets=["rig.length=30"])
-    (row,) = published(data_dir() / "pham2019", "1", "weft", ("peak_force_n",))
+    (row,) = published_rows(data_dir() / "pham2019", "1", "weft", ("peak_force_n",))
     tested = replace(row, quantity="pull_out_peak_n", conditions=replace(row.conditions, embedded_length_mm=30.0))
-    found = for_length(run, tested)
-    assert embedded(run) == pytest.approx(8 * 100 / 28) and found.factors == (pytest.approx(8.4 / 8),)
+    found = scale_row_to_length(run, tested)
+    assert embedded_length(run) == pytest.approx(8 * 100 / 28) and found.factors == (pytest.approx(8.4 / 8),)
     assert "28.57 mm embedded in whole pitches, 30 mm in the test" in found.scaled
     assert length_factor(run, 30.0, 10.0) == pytest.approx((30.0 - 10.0) / (800 / 28 - 10.0))
     x, conditions = np.array([0.0, 5.0, 10.0]), Conditions(embedded_length_mm=30.0)
     curve = ReferenceCurve("measured", x, 30.0 - x, None, "tail_travel_mm", "pull_force_n", "s", conditions=conditions)
-    whole = for_whole_pitches(run, curve)
+    whole = scale_curve_to_length(run, curve)
     assert whole.mean == pytest.approx(curve.mean * (800 / 28 - curve.x) / (30.0 - curve.x))

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from knittest.base.errors import InputError
 from knittest.config.messages import parse_as
-from knittest.config.yaml_loader import Document, shown
+from knittest.config.yaml_loader import Document, value_excerpt
 
 TABLE = Path(__file__).with_name("config-bounds.txt")
 FIELDS = bounded_fields()
@@ -51,7 +51,7 @@ def test_just_outside_is_refused_by_name(field: Bounded):
         for path, data in field.placed(value):
             with pytest.raises(InputError) as error:
                 parse_as(field.model, Document("f.yaml", data))
-            lines = [line for line in str(error.value).splitlines() if f": {path} = {shown(value)}: " in line]
+            lines = [line for line in str(error.value).splitlines() if f": {path} = {value_excerpt(value)}: " in line]
             assert len(lines) == 1 and ("must be" in lines[0] or "implausible" in lines[0]), str(error.value)
 
 

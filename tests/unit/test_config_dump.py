@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir
-from knittest.config.dumping import dump, dump_mapping
 from knittest.config.loading import resolve
 from knittest.config.run import Run, Solver
 from knittest.config.schema import run_schema
-from knittest.config.starting import fabric_template, rig_template, taken_over
+from knittest.config.templates import copy_as_assumed, fabric_template, rig_template
 from knittest.config.yaml_loader import parse_document
+from knittest.config.yaml_writer import dump, dump_mapping
 from knittest.laboratory.tensile.config import TensileRig
 
 
@@ -86,7 +86,7 @@ def test_shipped_rig_file_is_the_template_and_states_the_defaults():
 def test_fabric_template_is_a_fabric_that_claims_nothing(tmp_path):
     like = resolve(variant="2", parameters="as-measured").fabric
     path = tmp_path / "mine.yaml"
-    path.write_text(fabric_template(taken_over(like, "mine"), like.name), encoding="utf-8")
+    path.write_text(fabric_template(copy_as_assumed(like, "mine"), like.name), encoding="utf-8")
     fabric = resolve(fabric=path).fabric
     assert (fabric.name, fabric.experiment) == ("mine", None)
     assert fabric.loop_length.value == like.loop_length.value
@@ -97,7 +97,7 @@ def test_fabric_template_is_a_fabric_that_claims_nothing(tmp_path):
 
 def test_the_parameter_sets_that_the_fabric_template_proposes_work(tmp_path):
     like = resolve(variant="2", parameters="as-measured").fabric
-    text = fabric_template(taken_over(like, "mine"), like.name)
+    text = fabric_template(copy_as_assumed(like, "mine"), like.name)
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="has no parameter_sets: leave out --parameters"):

@@ -4,7 +4,7 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir
-from knittest.config.loading import planned_directions, resolve
+from knittest.config.loading import resolve, resolve_directions
 from knittest.config.presets import PRESETS
 from knittest.config.settings import Layers
 from knittest.laboratory.tensile.config import GAUGE
@@ -133,13 +133,13 @@ def test_contradictions_and_misses_are_refused(asked, phrase):
 
 
 def test_directions(rig):
-    assert planned_directions(None) == planned_directions("both") == ["warp", "weft"]
-    assert planned_directions("weft") == ["weft"]
-    assert planned_directions(None, rig("rig: {direction: weft}")) == ["weft"]
-    assert planned_directions("both", rig("rig: {direction: weft}")) == ["warp", "weft"]
-    assert planned_directions(None, None, ["rig.direction=weft"]) == ["weft"]
+    assert resolve_directions(None) == resolve_directions("both") == ["warp", "weft"]
+    assert resolve_directions("weft") == ["weft"]
+    assert resolve_directions(None, rig("rig: {direction: weft}")) == ["weft"]
+    assert resolve_directions("both", rig("rig: {direction: weft}")) == ["warp", "weft"]
+    assert resolve_directions(None, None, ["rig.direction=weft"]) == ["weft"]
     with pytest.raises(InputError, match=r'rig\.yaml:1: rig\.direction = \'wrap\'.*did you mean "warp"'):
-        planned_directions(None, rig("rig: {direction: wrap}"))
+        resolve_directions(None, rig("rig: {direction: wrap}"))
 
 
 def test_options_state_the_fields_that_they_name():

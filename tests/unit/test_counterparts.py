@@ -8,12 +8,12 @@ import pytest
 from knittest.cli.main import run
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
-from knittest.config.starting import taken_over
-from knittest.fabric.relax import relaxed_cell
+from knittest.config.templates import copy_as_assumed
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.runs.preflight.command import counterparts
-from knittest.runs.preflight.of_tests import Counterpart, summary_line, table_cells
-from knittest.runs.preflight.of_tests import test_counterparts as of_tests
-from knittest.runs.preflight.of_yarns import cell_counterparts, cell_mass
+from knittest.runs.preflight.measured_counterparts import Counterpart, summary_line, table_cells
+from knittest.runs.preflight.measured_counterparts import test_counterparts as of_tests
+from knittest.runs.preflight.yarn_counterparts import cell_counterparts, cell_mass
 
 
 def fabric_with(*sets: str, variant: str = "1", **asked):
@@ -123,7 +123,7 @@ def test_the_verdict_is_the_tolerances():
 
 def test_numbers_of_one_other_fabric_do_not_agree_with_each_other():
     """A strip's fracture strain and yarns of variant 1 agree in any fabric that has both."""
-    start = taken_over(resolve(variant="1", parameters="as-measured").fabric, "mine")
+    start = copy_as_assumed(resolve(variant="1", parameters="as-measured").fabric, "mine")
     bundle = ("warp curve, largest force", "bundle")
     row = of(counterparts(start), *bundle)
     assert (row.verdict, row.owner, row.difference) == ("taken over", "pham2019-v1", pytest.approx(0.23, abs=0.01))

@@ -9,7 +9,7 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_force
 from knittest.kernels.shell_state import build_shells
-from knittest.materials.laminate import coupled, laminate, softened
+from knittest.materials.laminate import laminate, scale_membrane, with_poisson_coupling
 from knittest.models import in_plane
 from knittest.models.in_plane import highest_stiffness
 from knittest.pose import linear_laminate
@@ -77,20 +77,20 @@ def test_strip_of_a_fabric_follows_its_curve_and_contracts(i):
 def test_none_is_the_default_and_changes_no_bit():
     plain = laminate(fabric(), per_width(CURVES))
     assert (plain.coupling_membrane, plain.coupling_bending) == (0.0, 0.0)
-    assert coupled(plain, 0.0) is plain
+    assert with_poisson_coupling(plain, 0.0) is plain
     nought = laminate(fabric(poisson={**NU, "value": 0.0}), per_width(CURVES))
     assert all(np.array_equal(a, b) for a, b in zip(plain, nought, strict=True))
 
 
 def test_a_softened_laminate_is_coupled_by_its_share():
     card = linear_laminate((100.0, 60.0), (0.4, 0.3), 5.0, 1.0, poisson=0.4)
-    assert softened(card, 0.5).coupling_membrane == pytest.approx(0.5 * card.coupling_membrane)
+    assert scale_membrane(card, 0.5).coupling_membrane == pytest.approx(0.5 * card.coupling_membrane)
 
 
 @pytest.mark.parametrize("coupling", [15.0, -30.0])
 def test_two_uncoupled_stiffnesses_bound_two_coupled_ones(coupling):
     """The rest of the bound is never negative, and nothing in one direction."""
-    bound = np.diag(in_plane._with_coupling([100.0, 40.0], coupling))
+    bound = np.diag(in_plane._bounding_stiffnesses([100.0, 40.0], coupling))
     rest = np.linalg.eigvalsh(bound - np.array([[100.0, coupling], [coupling, 40.0]]))
     assert rest[0] == pytest.approx(0.0, abs=1e-9)
     assert rest[1] > 0.0
@@ -140,4 +140,4 @@ def test_a_toe_too_soft_for_the_coupling_is_refused():
     soft = linear_laminate((100.0, 100.0), (1.0, 1.0), 1.0, 1.0)
     soft = soft._replace(slope=np.full((2, 1), 0.1))
     with pytest.raises(InputError, match=r"softest tangents, .* cannot carry a coupling of 32\.97 N/mm"):
-        coupled(soft, 0.3)
+        with_poisson_coupling(soft, 0.3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.pose import PeriodicBody, PeriodicChain, round_section
-from knittest.solve.settled_cell import PROBE, WAY, Curl, _there, curl_of
+from knittest.solve.relaxed_cell import PROBE, WAY, Curl, _bend_rate, curl_of
 
 DIAMETER, ARM, DRAWN, PITCH = 0.1, 0.5, 0.002, 2.0
 SECTION = round_section(modulus=2e3, diameter=DIAMETER, density=1.5e-3)
@@ -43,5 +43,5 @@ def test_a_moment_towards_the_back_curls_towards_the_back():
 
 
 def test_the_cell_is_bent_by_the_probe_from_rest_to_rest():
-    table = _there(PROBE)
+    table = _bend_rate(PROBE)
     assert table.integral(WAY) == pytest.approx(PROBE) and table.value[0] == table.value[-1] == 0.0

@@ -9,13 +9,13 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.laboratory.judging import locking
-from knittest.laboratory.law_end import ends_with_its_law
 from knittest.laboratory.picture_frame.rig import PictureFrameTest
 from knittest.laboratory.picture_frame.test import cycle_results, cycles_of
+from knittest.laboratory.quality_checks import locking_warning
+from knittest.laboratory.shear_law_end import end_with_shear_law
 from knittest.materials.trellis import crosshead
 from knittest.runs.specimen import prepare
-from knittest.solve.simulate import LOCKED, START_ROWS, is_locked
+from knittest.solve.simulation import LOCKED, START_ROWS, is_locked
 
 
 def frame_rig(*sets: str) -> PictureFrameTest:
@@ -118,7 +118,7 @@ def frame(*sets: str, test: str = "picture-frame", **more: Any) -> Any:
 
 @pytest.mark.parametrize("test", ["picture-frame", "bias-extension"])
 def test_a_run_without_an_end_takes_that_of_its_law(test: str) -> None:
-    run, said = ends_with_its_law(frame(test=test))
+    run, said = end_with_shear_law(frame(test=test))
     assert run.rig.max_angle == 33.3  # type: ignore[attr-defined]
     assert said == "rig.max_angle = 33.3 deg instead of the default 45 deg, because macro.shear ends there"
     prepare(run)
@@ -127,7 +127,7 @@ def test_a_run_without_an_end_takes_that_of_its_law(test: str) -> None:
 @pytest.mark.parametrize("stated", ["rig.max_angle=45", "rig.turns=[40, 10]"])
 def test_a_stated_end_stays_and_is_refused(stated: str) -> None:
     run = frame(stated)
-    assert ends_with_its_law(run) == (run, "")
+    assert end_with_shear_law(run) == (run, "")
     with pytest.raises(InputError, match=r"--set rig\.max_angle=33\.3"):
         prepare(run)
 
@@ -144,7 +144,7 @@ def test_a_stated_end_stays_and_is_refused(stated: str) -> None:
 def test_a_law_of_no_angle_or_none_at_all_leaves_the_run_as_it_is(sets: tuple[str, ...], more: dict[str, Any]) -> None:
     asked = {"test": "picture-frame", "variant": "1", "scale": "macro", "preset": "quick"} | more
     run = resolve(**asked, sets=list(sets))
-    assert ends_with_its_law(run) == (run, "")
+    assert end_with_shear_law(run) == (run, "")
 
 
 def rows(contact, work, n=START_ROWS + 1):
@@ -159,6 +159,6 @@ def test_contacts_that_bear_a_tenth_of_the_work_lock():
 
 def test_the_angle_is_named():
     history = SimpleNamespace(curve={"frame_shear_angle_deg": np.array([0.0, 24.2])})
-    (said,) = locking(history, 45.0)
+    (said,) = locking_warning(history, 45.0)
     assert "locks at 24.2 deg" in said and "before 45 deg" in said
-    assert locking(history, 24.5) == ()
+    assert locking_warning(history, 24.5) == ()

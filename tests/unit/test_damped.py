@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knittest.pose import Body, Chain, round_section
-from knittest.solve.damped import CHUNK, Chunk, DampedModel
-from knittest.solve.relax import AT_THE_END, Relaxation
+from knittest.solve.damped_model import CHUNK, Chunk, DampedModel
+from knittest.solve.relaxation import AT_THE_END, Relaxation
 
 SPIN = 0.02
 

@@ -5,7 +5,7 @@ import pytest
 from deck_reader import BEAM, SHELL, cards_of, cells, curves_of, deck_text
 
 from knittest.base.errors import InputError
-from knittest.runs.deck.write import not_expressed
+from knittest.runs.deck.deck_file import deck_differences
 
 
 @pytest.fixture(scope="module")
@@ -172,8 +172,8 @@ def test_yarns_over_tools_touch_them_by_their_radius():
 def test_the_head_of_one_of_many_specimens_says_so(frame):
     run, prepared, _, _ = frame
     many = run.model_copy(update={"variability": run.variability.model_copy(update={"specimens": 3})})
-    assert "ensemble: this is the first of 3 specimens" in not_expressed(many, prepared)
-    assert not any("ensemble" in line for line in not_expressed(run, prepared))
+    assert "ensemble: this is the first of 3 specimens" in deck_differences(many, prepared)
+    assert not any("ensemble" in line for line in deck_differences(run, prepared))
 
 
 def test_another_test_is_refused():

@@ -3,10 +3,10 @@
 import pytest
 
 from knittest.config.base import Quantity
-from knittest.config.doubtful import follows_yarns, unread_note
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.config.starting import starting_text
+from knittest.config.suspicious_values import follows_yarns, unused_change_warning
+from knittest.config.templates import new_fabric_text
+from knittest.config.yaml_writer import dump
 from knittest.experiment.origin import assumed_inputs
 
 EI = "fabric.reinforcing.bending_stiffness.warp=30"
@@ -37,7 +37,7 @@ def test_shipped_fabrics_bend_in_the_plane_by_default(variant, warp, weft):
 
 def test_a_new_fabric_bends_in_the_plane_and_says_what_is_assumed_behind_it(tmp_path):
     path = tmp_path / "mine.yaml"
-    path.write_text(starting_text("mine", resolve(variant="1", parameters="as-measured").fabric))
+    path.write_text(new_fabric_text("mine", resolve(variant="1", parameters="as-measured").fabric))
     run = formed(fabric=path)
     assert numbers(run) == pytest.approx((18.1 * 0.28, 12.4 * 0.28))
     assert any(
@@ -98,5 +98,5 @@ def test_the_switch_turns_it_off_and_other_tests_and_yarns_have_none():
 
 def test_a_changed_yarn_is_read_by_bending_in_the_plane_alone():
     unread = "the macro model does not use fabric.reinforcing"
-    assert unread_note(formed(EI)).startswith(f"except for in-plane bending, {unread}")
-    assert unread_note(formed(EI, "rig.in_plane_bending=false")).startswith(unread)
+    assert unused_change_warning(formed(EI)).startswith(f"except for in-plane bending, {unread}")
+    assert unused_change_warning(formed(EI, "rig.in_plane_bending=false")).startswith(unread)

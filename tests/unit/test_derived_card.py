@@ -7,25 +7,25 @@ from homogenise_cases import BENDING, STRAIN, YARN_FORCE, Formulas, pull, shear
 
 from knittest.base.errors import InputError, NumericalError
 from knittest.cli.main import run as knittest
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
+from knittest.config.yaml_writer import dump
 from knittest.laboratory.base import fabric_laminate, tension_curves
-from knittest.studies.homogenise import yarn_card
-from knittest.studies.homogenise.yarn_card import missing_parts, paths_to_run, with_cards
+from knittest.studies.homogenise import derived_card
+from knittest.studies.homogenise.derived_card import complete_cards, missing_parts, paths_to_run
 
 
 @pytest.fixture
 def pool(tmp_path, monkeypatch):
     """A new fabric in an empty cache, whose paths are formulas; the pools that were made."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(yarn_card, "cache_folder", lambda *names: tmp_path)
+    monkeypatch.setattr(derived_card, "cache_folder", lambda *names: tmp_path)
     made: list[Formulas] = []
 
     def local(workers, threads):
         made.append(Formulas())
         return made[-1]
 
-    monkeypatch.setattr(yarn_card, "LocalPool", local)
+    monkeypatch.setattr(derived_card, "LocalPool", local)
     assert knittest(["new", "mine"]) == 0
     path = tmp_path / "configs" / "mine.yaml"  # of which the formulas are torn within the path
     path.write_text(
@@ -40,9 +40,9 @@ def shells(*sets: str, test: str = "tensile", **asked):
 
 def test_a_new_fabric_has_no_card_and_its_shells_get_that_of_its_yarns(pool):
     run = shells(direction="warp")
-    assert run.fabric.macro.missing == missing_parts(run) == ("tension", "bending_stiffness", "shear")
+    assert run.fabric.macro.missing_card_parts == missing_parts(run) == ("tension", "bending_stiffness", "shear")
     assert [cell.rig.path for cell in paths_to_run(run)] == ["warp", "weft", "bending", "bending", "shear"]
-    (done,) = with_cards([run], quiet=True)
+    (done,) = complete_cards([run], quiet=True)
     macro = done.fabric.macro
     for direction, strain in STRAIN.items():
         density = run.fabric.density_per_mm.of(direction)
@@ -60,7 +60,7 @@ def test_a_new_fabric_has_no_card_and_its_shells_get_that_of_its_yarns(pool):
 def test_yarns_of_scattered_strength_make_a_weaker_card(pool):
     """A bundle whose strength scatters by 15 % breaks at some 0.73 of the mean strength (Daniels, 1945)."""
     run = shells("fabric.reinforcing.fracture_strain={value: 1.5, sd: 0.225, source: user}", direction="warp")
-    (done,) = with_cards([run], quiet=True)
+    (done,) = complete_cards([run], quiet=True)
     macro, last = done.fabric.macro, STRAIN["warp"]
     peak = max(force for _, force in macro.tension["warp"].points)
     assert 0.75 * last < macro.fracture_strain.warp.value < 0.95 * last
@@ -70,9 +70,9 @@ def test_yarns_of_scattered_strength_make_a_weaker_card(pool):
 
 
 def test_a_card_is_derived_once_and_the_resolved_config_keeps_it(pool, tmp_path):
-    first, second = with_cards([shells(direction="warp"), shells(direction="weft")], quiet=True)
+    first, second = complete_cards([shells(direction="warp"), shells(direction="weft")], quiet=True)
     assert len(pool) == 1 and first.fabric == second.fabric
-    assert with_cards([shells(direction="warp")], quiet=True) == [first] and len(pool) == 1
+    assert complete_cards([shells(direction="warp")], quiet=True) == [first] and len(pool) == 1
     assert paths_to_run(shells()) == []
     (tmp_path / "run.yaml").write_text(dump(first))
     again = resolve(config=tmp_path / "run.yaml")
@@ -80,13 +80,13 @@ def test_a_card_is_derived_once_and_the_resolved_config_keeps_it(pool, tmp_path)
     changed = resolve(config=tmp_path / "run.yaml", sets=["fabric.knitting.youngs_modulus=50"])
     assert missing_parts(changed) == ("tension", "bending_stiffness", "shear")
     stated = resolve(config=tmp_path / "run.yaml", sets=["fabric.macro.bending_stiffness.warp=9"])
-    assert with_cards([stated]) == [stated]
+    assert complete_cards([stated]) == [stated]
 
 
 def test_what_is_stated_of_a_card_stays(pool):
     law = "fabric.macro.shear={kind: linear, stiffness: 0.02}"
     run = shells(law, direction="warp")
-    (done,) = with_cards([run], quiet=True)
+    (done,) = complete_cards([run], quiet=True)
     assert done.fabric.macro.shear == run.fabric.macro.shear
     assert len(pool[0].asked) == 4 and not any("picture-frame" in name for name in pool[0].asked)
 
@@ -104,18 +104,18 @@ def test_a_path_is_tried_again_and_its_rejected_law_decides_no_test(pool, monkey
         asked.append(Formulas(ends))
         return asked[-1]
 
-    monkeypatch.setattr(yarn_card, "LocalPool", local)
+    monkeypatch.setattr(derived_card, "LocalPool", local)
     monkeypatch.setattr(
-        yarn_card, "_measured", lambda piece, tested: yarn_card.Numbers(*np.array([[0.0, 2.0], [0.0, 0.3]]))
+        derived_card, "_read_result", lambda piece, tested: derived_card.PathResult(*np.array([[0.0, 2.0], [0.0, 0.3]]))
     )
-    (strip,) = with_cards([shells(direction="warp")], quiet=True)
+    (strip,) = complete_cards([shells(direction="warp")], quiet=True)
     assert [len(pool.asked) for pool in asked] == [5, 1, 1, 1]
     assert [run.model.meso.elements_per_loop for run in tried] == [30, 30, 42, 42]
     assert [run.solver.speed / tried[0].solver.speed for run in tried] == [1.0, 0.5, 1.0, 0.5]
     assert [run.solver.safety for run in tried] == [0.9, 0.6, 0.9, 0.6]
     assert "failed its quality checks: refused on purpose" in strip.fabric.macro.shear.ref
     with pytest.raises(NumericalError, match=r"macro\.shear is missing and cannot be derived from the yarns"):
-        with_cards([shells(test="picture-frame")], quiet=True)
+        complete_cards([shells(test="picture-frame")], quiet=True)
     assert len(asked) == 4  # the cache knows it
 
 
@@ -130,23 +130,23 @@ def test_a_path_that_tears_no_yarn_goes_farther(pool, monkeypatch, tmp_path):
             ends.append(trial.run.rig.max_strain)
         return "completed"
 
-    monkeypatch.setattr(yarn_card, "LocalPool", lambda workers, threads: Formulas(note))
-    with_cards([shells(direction="warp")], quiet=True)
+    monkeypatch.setattr(derived_card, "LocalPool", lambda workers, threads: Formulas(note))
+    complete_cards([shells(direction="warp")], quiet=True)
     assert len(ends) > 1 and ends[-1] >= STRAIN["warp"] > ends[-2]
     assert ends == pytest.approx([ends[0] * 1.6**k for k in range(len(ends))])
 
 
 def test_a_path_that_fails_says_what_to_give(pool, monkeypatch):
-    monkeypatch.setattr(yarn_card, "LocalPool", lambda workers, threads: Formulas(lambda trial: "failed"))
+    monkeypatch.setattr(derived_card, "LocalPool", lambda workers, threads: Formulas(lambda trial: "failed"))
     with pytest.raises(NumericalError, match=r"tensile warp of a cell failed: failed on purpose; add macro\.tension"):
-        with_cards([shells(direction="warp")], quiet=True)
+        complete_cards([shells(direction="warp")], quiet=True)
 
 
 def test_check_says_that_a_card_is_derived_first(pool, capsys):
     assert knittest(["check", "tensile", "--variant", "mine", "--scale", "macro", "--no-time"]) == 0
     assert "first derives it from 5 simulations of a meso cell" in capsys.readouterr().out
     assert not pool
-    with_cards([shells()], quiet=True)
+    complete_cards([shells()], quiet=True)
     assert knittest(["check", "tensile", "--variant", "mine", "--scale", "macro", "--no-time"]) == 0
     assert "first derives it" not in capsys.readouterr().out
 

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 from knittest.base.files import configs_dir
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
-from knittest.config.starting import starting_text
+from knittest.config.templates import new_fabric_text
 
 
 def document() -> dict[str, Any]:
@@ -69,7 +69,7 @@ def started(*yarns: str, **contact: float) -> Fabric:
     like = resolve(variant="1", parameters="as-measured").fabric
     made = {name: {"value": value, "source": "measured"} for name, value in contact.items()}
     own = Fabric.model_validate(like.model_dump() | {"contact": like.contact.model_dump() | made})
-    text = starting_text("mine", own, yarns=dict.fromkeys(["knitting"], yarns[0]) if yarns else None)
+    text = new_fabric_text("mine", own, yarns=dict.fromkeys(["knitting"], yarns[0]) if yarns else None)
     return Fabric.model_validate(yaml.safe_load(text))
 
 

@@ -6,17 +6,17 @@ from export_sample import cost, quality, strip
 
 from knittest.base.files import configs_dir
 from knittest.base.history import History, Specimen
-from knittest.config.doubtful import doubts
 from knittest.config.loading import resolve
+from knittest.config.suspicious_values import find_suspicious_values
 from knittest.runs.preflight.model import model_facts
+from knittest.runs.run_files import compare_run, references_of
 from knittest.runs.specimen import prepare
-from knittest.runs.writing import judge, references_of
 
 SLACK = "fabric.reinforcing.slack."
 
 
 def said(*sets: str, variant: str = "1", scale: str = "meso", **more: str) -> list[str]:
-    return doubts(resolve(variant=variant, scale=scale, sets=sets, **more))
+    return find_suspicious_values(resolve(variant=variant, scale=scale, sets=sets, **more))
 
 
 @pytest.mark.parametrize(
@@ -46,11 +46,16 @@ def test_shipped_fabrics_have_nothing_doubtful(fabric, parameters):
 def test_a_thickness_that_the_yarns_do_not_make_is_named(scale):
     """Two inlays of 0.75 mm and two loop yarns of 0.5 mm make 2.5 mm."""
     sets = ["fabric.thickness={value: 0.9, source: measured}"]
-    assert doubts(resolve(variant="1", scale=scale, sets=sets)) == [
+    assert find_suspicious_values(resolve(variant="1", scale=scale, sets=sets)) == [
         "fabric.thickness = 0.9 mm (measured), expected 1.75 to 3.5 mm: two inlays and two knitting yarns make 2.5 mm. "
         "Correct thickness or beam_diameter of the yarns"
     ]
-    assert doubts(resolve(variant="1", scale=scale, sets=["fabric.thickness={value: 1.8, source: measured}"])) == []
+    assert (
+        find_suspicious_values(
+            resolve(variant="1", scale=scale, sets=["fabric.thickness={value: 1.8, source: measured}"])
+        )
+        == []
+    )
 
 
 @pytest.mark.parametrize(
@@ -84,5 +89,5 @@ def test_a_run_warns_of_it():
     run = resolve(variant="1", test="pull-out", direction="weft", sets=[f"{SLACK}weft=0.003"])
     columns = {"tail_travel_mm": np.zeros(1), "pull_force_n": np.zeros(1)}
     specimen = Specimen(History(strip(2, 2)[0], columns, {}, []), {}, quality(), cost(), {})
-    warnings = judge(run, [specimen], references_of(run, ())).summary["warnings"]
+    warnings = compare_run(run, [specimen], references_of(run, ())).summary["warnings"]
     assert any("if it is a fraction, write 0.3" in text for text in warnings)

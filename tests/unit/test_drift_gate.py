@@ -51,7 +51,7 @@ def test_crests_pass_from_one_below_the_least_to_one_above_the_greatest(tmp_path
 
 def test_a_run_without_room_hides_no_drift_of_another(tmp_path):
     """4 tells a CI to try again: only where nothing else is wrong."""
-    blocked = Drift(FRAME, None, problem="no room", no_room=True)
+    blocked = Drift(FRAME, None, problem="no room", is_blocked=True)
     drifted = drift_of(FRAME, RUN, *run_in(tmp_path / "now", {NAME: 2.0}), stored(tmp_path, {NAME: 1.0}))
 
     def code(*drifts: Drift, lost: tuple[str, ...] = ()) -> int:

@@ -8,11 +8,11 @@ import pytest
 from knittest.base.errors import NumericalError
 from knittest.base.progress import Progress
 from knittest.config.loading import resolve
-from knittest.runs.execute import naming
-from knittest.studies.trials import beside
-from knittest.studies.trials.beside import rounds
+from knittest.runs.execute import name_errors
+from knittest.studies.trials import parallel
+from knittest.studies.trials.parallel import specimen_rounds
 from knittest.studies.trials.trial import Record
-from knittest.studies.trials.work import _StandardError
+from knittest.studies.trials.worker import _StandardError
 
 YARNS = {"test": "tensile", "variant": "2", "direction": "warp", "preset": "quick"}
 
@@ -25,7 +25,7 @@ YARNS = {"test": "tensile", "variant": "2", "direction": "warp", "preset": "quic
     ],
 )  # fmt: skip
 def test_specimens_at_a_time_and_their_threads(left, threads, expected):
-    found = rounds(range(left), threads)
+    found = specimen_rounds(range(left), threads)
     assert [(len(numbers), each) for numbers, each in found] == expected
     assert [k for numbers, _ in found for k in numbers] == list(range(sum(n for n, _ in expected)))
 
@@ -76,16 +76,16 @@ def asked(monkeypatch):
         def close(self):
             found["closed"] += 1
 
-    monkeypatch.setattr(beside, "LocalPool", Pool)
-    monkeypatch.setattr(beside, "compiled", lambda *_: False)
+    monkeypatch.setattr(parallel, "LocalPool", Pool)
+    monkeypatch.setattr(parallel, "compile_missing", lambda *_: False)
     return found
 
 
 def run_ahead(path, threads, monkeypatch, *, scale="meso", specimens=4, kept=()):
-    monkeypatch.setattr(beside.numba, "get_num_threads", lambda: threads)
+    monkeypatch.setattr(parallel.numba, "get_num_threads", lambda: threads)
     folder, shown = Folder(path), Shown()
     opened = Stub(folder=folder, checkpoints=Stub(is_finished=lambda number: number in kept))
-    beside.run_ahead(resolve(scale=scale, specimens=specimens, **YARNS), opened, shown)
+    parallel.run_specimens_in_parallel(resolve(scale=scale, specimens=specimens, **YARNS), opened, shown)
     return folder, shown
 
 
@@ -127,7 +127,7 @@ def test_an_error_names_the_specimen_and_ends_the_others(asked, tmp_path, monkey
 
 @pytest.mark.parametrize(("specimens", "said"), [(3, "specimen 2 of 3 (warp): node 7"), (1, "node 7")])
 def test_an_error_in_the_process_of_the_command_names_the_specimen_too(specimens, said):
-    with pytest.raises(NumericalError) as raised, naming(resolve(specimens=specimens, **YARNS), 1):
+    with pytest.raises(NumericalError) as raised, name_errors(resolve(specimens=specimens, **YARNS), 1):
         raise NumericalError("node 7")
     assert str(raised.value) == said
 

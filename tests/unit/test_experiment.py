@@ -8,15 +8,15 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir
 from knittest.experiment.curves import load_curve
-from knittest.experiment.reconstruct import CASES, curve, text
-from knittest.experiment.statistics import Specimen, corridor_on, mean_curve, mean_sd, tension_curve
-from knittest.experiment.tables import published
+from knittest.experiment.reconstruction import CASES, curve, text
+from knittest.experiment.statistics import Specimen, corridor_on_grid, mean_curve, mean_sd, tension_curve
+from knittest.experiment.tables import published_rows
 from knittest.export.summary import ensemble_results
-from knittest.laboratory.tensile.report import POINTS, _shown, corridor
+from knittest.laboratory.tensile.report import POINTS, _corridor_to_draw, corridor
 
 
 def test_table_3_is_read_with_its_scatter():
-    peak, strain = published(data_dir() / "pham2019", "2", "weft")
+    peak, strain = published_rows(data_dir() / "pham2019", "2", "weft")
     assert (peak.mean, peak.sd, peak.n, peak.table) == (7332.0, 380.0, 10, "Table 3")
     assert (strain.mean, strain.sd) == (1.6, 0.2)
 
@@ -29,7 +29,7 @@ def test_shipped_curves_are_what_the_generator_writes_and_end_at_the_published_p
     assert loaded.kind == "reconstructed" and loaded.sd is None
     # it ends at the published point and rises
     strain, force = curve(*case)
-    peak, end = published(data_dir() / "pham2019", *case)
+    peak, end = published_rows(data_dir() / "pham2019", *case)
     assert (strain[0], force[0]) == (0.0, 0.0)
     assert strain[-1] == pytest.approx(end.mean)
     assert force[-1] == pytest.approx(peak.mean)
@@ -122,14 +122,14 @@ def test_the_corridor_of_simulated_specimens_has_the_sample_deviation():
 
 
 def test_the_peaks_of_the_picture_have_the_sample_deviation():
-    peak = _shown(simulated()).peak
+    peak = _corridor_to_draw(simulated()).peak
     assert (peak.strain_mean, peak.strain_sd) == pytest.approx((2.5, 0.5))
     assert (peak.force_mean, peak.force_sd) == pytest.approx((30.0, 10.0))
 
 
 def test_one_specimen_has_no_scatter_to_show():
     x = np.array([0.0, 1.0])
-    assert np.isnan(corridor_on(x, [(x, x)]).sd).all()
+    assert np.isnan(corridor_on_grid(x, [(x, x)]).sd).all()
     assert np.isnan(mean_sd(np.array([5.0]))[1])
 
 

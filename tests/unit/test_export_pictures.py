@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from export_sample import beam_history, curve, shell_history
 
-from knittest.base.history import judged_rows
+from knittest.base.history import checked_rows
 from knittest.export import line_picture, yarn_pictures
 from knittest.export import line_picture as curves
 from knittest.export.line_picture import Band, Level, Line
@@ -167,7 +167,7 @@ def test_shaded_is_what_is_not_judged_and_nothing_lies_over_it_or_is_cut(monkeyp
     for axes in figure.axes:
         spans = sorted((box.x0, box.x1) for box in (patch.get_extents() for patch in axes.patches))
         edges = axes.transData.inverted().transform([(x, 0) for span in spans for x in span])[:, 0]
-        begin = time[judged_rows(history).start]
+        begin = time[checked_rows(history).start]
         np.testing.assert_allclose(edges, [time[0], begin, time[160], time[-1]], atol=1e-9)
         legend = axes.get_legend().get_window_extent()
         assert legend.x0 >= axes.get_window_extent().x1 and legend.x1 <= figure.bbox.x1

@@ -14,17 +14,17 @@ from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
 from knittest.export.identity import cell_of, changes, identity_of
 from knittest.export.summary import first_manifest
-from knittest.fabric import relax
+from knittest.fabric import relaxation
 from knittest.fabric.cell import Cell, cell_digest, cell_path, load_cell, save_cell
-from knittest.runs.execute import _opened
-from knittest.runs.opening import NewFolder
+from knittest.runs.execute import _open_folder
+from knittest.runs.opened_run import NewFolder
 from knittest.studies.command import _parallel_runs
 
 
 @pytest.fixture(autouse=True)
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("KNITTEST_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(relax, "_held", {})
+    monkeypatch.setattr(relaxation, "_cells_in_memory", {})
     return tmp_path / "cache"
 
 
@@ -83,21 +83,21 @@ def test_a_damaged_file_is_relaxed_again(damage, monkeypatch, capsys):
     said = capsys.readouterr().err
     assert path.stem in said and "the cached cell is relaxed again" in said
     calls = []
-    monkeypatch.setattr(relax, "relax_cell", lambda wanted: calls.append(wanted) or cell)
-    monkeypatch.setattr(relax.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
+    monkeypatch.setattr(relaxation, "relax_cell", lambda wanted: calls.append(wanted) or cell)
+    monkeypatch.setattr(relaxation.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
     for _ in range(2):
-        assert_same(relax.relaxed_cell(None), cell)
-        relax._held.clear()
+        assert_same(relaxation.relaxed_cell(None), cell)
+        relaxation._cells_in_memory.clear()
     assert calls == [cell.spec]
 
 
 def test_a_process_stands_on_one_cell(monkeypatch):
     cell = relaxed("V1")
     save_cell(cell)
-    monkeypatch.setattr(relax.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
-    first = relax.relaxed_cell(None)
+    monkeypatch.setattr(relaxation.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
+    first = relaxation.relaxed_cell(None)
     save_cell(replace(cell, knit=1.01 * cell.knit))  # by somebody else, while we run
-    assert relax.relaxed_cell(None) is first
+    assert relaxation.relaxed_cell(None) is first
 
 
 def test_the_digest_of_a_cell_is_that_of_its_numbers_and_inputs():
@@ -125,17 +125,17 @@ def test_the_cell_is_part_of_what_a_run_is(monkeypatch):
 def test_the_relaxation_is_announced_once_by_runs_in_parallel_and_only_where_there_is_one(
     tmp_path, monkeypatch, cached
 ):
-    monkeypatch.setattr(relax, "load_cell", lambda spec: relaxed("V1") if cached else None)
-    monkeypatch.setattr(relax, "relax_cell", lambda spec: relaxed("V1"))
+    monkeypatch.setattr(relaxation, "load_cell", lambda spec: relaxed("V1") if cached else None)
+    monkeypatch.setattr(relaxation, "relax_cell", lambda spec: relaxed("V1"))
     monkeypatch.setattr("numba.get_num_threads", lambda: 2)
     runs = [resolve(variant="1", scale="meso", direction=direction) for direction in ("warp", "weft")]
     places = [NewFolder(tmp_path / run.direction) for run in runs]
     phases: list[str] = []
     progress = SimpleNamespace(phase=phases.append)
     _parallel_runs(list(zip(runs, places, strict=True)), progress)
-    with Interrupts() as interrupts, interrupts.deciding():
+    with Interrupts() as interrupts, interrupts.translate_errors():
         for run, place in zip(runs, places, strict=True):
-            with _opened(run, place, interrupts, progress):
+            with _open_folder(run, place, interrupts, progress):
                 pass
     assert phases == ([] if cached else ["relaxing geometry"])
 

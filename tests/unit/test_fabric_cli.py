@@ -18,14 +18,14 @@ from knittest.cli.fabric import fabric
 from knittest.config.loading import resolve
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.loop import polyline_length
-from knittest.fabric.relax import relax_cell
+from knittest.fabric.relaxation import relax_cell
 
 
 @pytest.fixture(scope="module", autouse=True)
 def own_cache(tmp_path_factory: pytest.TempPathFactory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("KNITTEST_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr("knittest.fabric.relax._held", {})  # cells of tests before these
+        patch.setattr("knittest.fabric.relaxation._cells_in_memory", {})  # cells of tests before these
         yield
 
 
@@ -65,7 +65,7 @@ STIFF = CellSpec(1.9455, 2.0747, 9.7, 0.598, 0.4477, 0.006, 0.006, 28.88, 28.88,
 def test_stiff_loops_at_narrow_spacing_relax(length: float) -> None:
     """The first one by penalties beyond 3200 N/mm, the second although closest points keep jumping."""
     cell = relax_cell(replace(STIFF, loop_length=length))
-    assert cell.deepest < 5e-3 and polyline_length(cell.closed("knit")) == pytest.approx(length, rel=1e-3)
+    assert cell.deepest < 5e-3 and polyline_length(cell.closed_curve("knit")) == pytest.approx(length, rel=1e-3)
 
 
 def test_yarns_that_no_loop_fits() -> None:

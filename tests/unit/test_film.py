@@ -12,9 +12,9 @@ from report_sample import write_run
 from knittest.base.errors import InputError
 from knittest.cli.main import run as command
 from knittest.export.meshes import write_frames
-from knittest.export.shading import LOOKS, sight
-from knittest.report_page.loading import load_run
-from knittest.report_page.moving.film import Filmed, animate, films
+from knittest.export.shading import LOOKS, view_axes
+from knittest.report_page.loaded_run import load_run
+from knittest.report_page.moving.film import FilmOptions, animate, film_paths
 from knittest.report_page.moving.recording import read_recording, scales_of
 from knittest.report_page.moving.stage import Stage
 
@@ -30,13 +30,13 @@ def moved(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFacto
 
 @pytest.mark.parametrize("look", LOOKS)
 def test_a_line_of_sight_turns_and_does_not_stretch(look: str) -> None:
-    np.testing.assert_allclose(sight(look) @ sight(look).T, np.eye(3), atol=1e-15)
-    assert np.linalg.det(sight(look)) == pytest.approx(1.0)
+    np.testing.assert_allclose(view_axes(look) @ view_axes(look).T, np.eye(3), atol=1e-15)
+    assert np.linalg.det(view_axes(look)) == pytest.approx(1.0)
 
 
 def test_from_the_top_z_is_towards_the_viewer_and_from_the_side_up() -> None:
-    np.testing.assert_allclose(sight("top"), np.eye(3), atol=1e-15)
-    np.testing.assert_allclose(sight("side")[1], [0.0, 0.0, 1.0], atol=1e-15)
+    np.testing.assert_allclose(view_axes("top"), np.eye(3), atol=1e-15)
+    np.testing.assert_allclose(view_axes("side")[1], [0.0, 0.0, 1.0], atol=1e-15)
 
 
 @pytest.mark.parametrize("form", [".gif", ".mp4"])
@@ -75,15 +75,15 @@ def test_failed_elements_are_gone_and_what_moves_moves(moved: Path) -> None:
 @pytest.mark.parametrize(
     ("out", "filmed", "said"),
     [
-        ("film.avi", Filmed(), "ends with .mp4 or .gif"),
-        ("film.gif", Filmed(colour="taste"), "colour 'taste': expected one of .*height"),
-        ("film.gif", Filmed(look="inside"), "look 'inside': expected one of oblique, top, side"),
-        ("film.gif", Filmed(seconds=0.0), "seconds = 0: expected 0.1 to 600"),
-        ("film.gif", Filmed(width=100_000), "width = 100000: expected 320 to 3840"),
+        ("film.avi", FilmOptions(), "ends with .mp4 or .gif"),
+        ("film.gif", FilmOptions(colour="taste"), "colour 'taste': expected one of .*height"),
+        ("film.gif", FilmOptions(look="inside"), "look 'inside': expected one of oblique, top, side"),
+        ("film.gif", FilmOptions(seconds=0.0), "seconds = 0: expected 0.1 to 600"),
+        ("film.gif", FilmOptions(width=100_000), "width = 100000: expected 320 to 3840"),
     ],
 )
 def test_what_no_film_can_be_made_of_is_refused(
-    moved: Path, tmp_path: Path, out: str, filmed: Filmed, said: str
+    moved: Path, tmp_path: Path, out: str, filmed: FilmOptions, said: str
 ) -> None:
     with pytest.raises(InputError, match=said):
         animate(moved, tmp_path / out, filmed)
@@ -93,7 +93,7 @@ def test_what_no_film_can_be_made_of_is_refused(
 def test_without_an_encoder_an_mp4_is_refused_and_nothing_left(moved: Path, tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
     with pytest.raises(InputError, match=r"pip install 'knittest\[animate\]', or write a .gif"):
-        animate(moved, tmp_path / "film.mp4", Filmed(seconds=0.1, width=320))
+        animate(moved, tmp_path / "film.mp4", FilmOptions(seconds=0.1, width=320))
     assert not list(tmp_path.iterdir())
 
 
@@ -108,8 +108,8 @@ def test_both_directions_get_a_film_each(moved: Path, tmp_path: Path) -> None:
 def test_the_default_is_mp4_and_without_an_encoder_a_gif(moved: Path, monkeypatch, capsys) -> None:
     monkeypatch.setattr("knittest.report_page.moving.film.has_encoder", lambda: True)
     run = Path("runs/one")
-    assert films(run, [run], None) == ({run: run / "film.mp4"}, "")
-    assert films(run, [run], Path("a.gif")) == ({run: Path("a.gif")}, "")
+    assert film_paths(run, [run], None) == ({run: run / "film.mp4"}, "")
+    assert film_paths(run, [run], Path("a.gif")) == ({run: Path("a.gif")}, "")
     monkeypatch.setattr("knittest.report_page.moving.film.has_encoder", lambda: False)
     assert command(["animate", str(moved), *SHORT]) == 0
     out, err = capsys.readouterr()

@@ -12,8 +12,8 @@ from test_tools_in_frames import DIE, STAMP
 from knittest.base.history import Body
 from knittest.cli.main import run as command
 from knittest.export.meshes import write_frames
-from knittest.export.shading import View, nearest
-from knittest.report_page.loading import load_run
+from knittest.export.shading import View, render_triangles
+from knittest.report_page.loaded_run import load_run
 from knittest.report_page.moving.film import COLOURS, palette
 from knittest.report_page.moving.recording import ToolLayers, read_recording, scales_of
 from knittest.report_page.moving.stage import Stage
@@ -25,7 +25,7 @@ def test_the_nearest_of_two_triangles_is_seen_at_its_height() -> None:
     """A plane z = 0.1 x + 0.2 y below the line x / 40 + y / 30 = 1, and over a part of it a level one at 50."""
     slope = np.array([[0.0, 0.0, 0.0], [40.0, 0.0, 4.0], [0.0, 30.0, 6.0]])
     level = np.array([[0.0, 0.0, 50.0], [10.0, 0.0, 50.0], [0.0, 10.0, 50.0]])
-    height, light = nearest(np.array([level, slope]), VIEW)
+    height, light = render_triangles(np.array([level, slope]), VIEW)
     y, x = (np.indices(VIEW.shape) + 0.5) * VIEW.pixel
     inside, over = x / 40.0 + y / 30.0 <= 1.0, x + y <= 10.0
     np.testing.assert_array_equal(np.isfinite(height), inside)
@@ -37,9 +37,9 @@ def test_the_nearest_of_two_triangles_is_seen_at_its_height() -> None:
 def test_triangles_of_any_size_are_drawn_where_they_are_seen(size: float) -> None:
     centre = np.array([20.0, 15.0, 1.0])
     corners = centre + size * np.array([[-1.0, -1.0, 0.0], [2.0, -1.0, 0.0], [-1.0, 2.0, 0.0]])
-    shown = np.isfinite(nearest(corners[None], VIEW)[0]).sum() * VIEW.pixel**2
+    shown = np.isfinite(render_triangles(corners[None], VIEW)[0]).sum() * VIEW.pixel**2
     assert shown == pytest.approx(min(4.5 * size**2, 1200.0), rel=0.35)
-    assert np.isinf(nearest(corners[None] + [1e4, 0.0, 0.0], VIEW)[0]).all()
+    assert np.isinf(render_triangles(corners[None] + [1e4, 0.0, 0.0], VIEW)[0]).all()
 
 
 def test_a_tool_is_behind_below_the_specimen_and_before_it_above() -> None:
@@ -50,7 +50,7 @@ def test_a_tool_is_behind_below_the_specimen_and_before_it_above() -> None:
     specimen = np.full(VIEW.shape, 5.0)
     for frame, place in ((0, 0), (1, 1)):
         offset = body.offset[frame]
-        images = layers.around(specimen, [body.between(frame, frame, 0.0)])
+        images = layers.around(specimen, [body.interpolate(frame, frame, 0.0)])
         shown, other = images[place], images[1 - place]
         columns = np.flatnonzero(shown[20, :, 3])
         assert columns[0] * VIEW.pixel == pytest.approx(5.0 + offset[0]) and len(columns) == 20

@@ -11,8 +11,8 @@ from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
 from knittest.laboratory.forming import test as forming
-from knittest.laboratory.forming.formed import WINDOW, rim_waves
-from knittest.laboratory.forming.rig import free_yarns
+from knittest.laboratory.forming.results import WINDOW, rim_waves
+from knittest.laboratory.forming.rig import no_bending_note
 from knittest.runs.preflight.command import counterparts
 from knittest.runs.preflight.model import model_facts, model_lines
 
@@ -121,8 +121,8 @@ def test_a_blank_whose_yarns_do_not_bend_in_the_plane_says_so_before_and_after_t
 
 
 def test_yarns_bend_by_themselves_and_a_fabric_without_yarns_is_told_where_to_look():
-    assert free_yarns(blank(scale="meso")) == ()
-    (note,) = free_yarns(blank(variant="cao2008-weave"))
+    assert no_bending_note(blank(scale="meso")) == ()
+    (note,) = no_bending_note(blank(variant="cao2008-weave"))
     assert "has no inlays" in note and "fabric.macro.in_plane_bending.warp" in note
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.config.starting import starting_text
+from knittest.config.templates import new_fabric_text
 from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.friction.rig import FrictionTest
 from knittest.laboratory.friction.test import Friction
@@ -48,7 +48,7 @@ def test_the_force_over_the_width_is_that_of_the_paper_unless_it_is_stated(
 @pytest.mark.parametrize("scale", ["meso", "macro"])
 def test_the_force_of_the_fabrics_own_test_counts(scale: str, tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
-    start = starting_text("mine", resolve(variant="1", parameters="as-measured").fabric)
+    start = new_fabric_text("mine", resolve(variant="1", parameters="as-measured").fabric)
     file.write_text(f"{start}rigs: {{friction: {{normal_force: 500, width: 40}}}}\n".replace("rigs: {}\n", "", 1))
     rig = resolve(test="friction", fabric=file, scale=scale, preset="quick").rig
     assert rig.normal_force == 500.0  # type: ignore[attr-defined]

@@ -9,16 +9,16 @@ import pytest
 from export_sample import shell_history
 
 from knittest.base.errors import InputError
-from knittest.base.history import History, Overlaps, Quality, judged_rows
+from knittest.base.history import History, Overlaps, Quality, checked_rows
 from knittest.base.kinds import kinds
-from knittest.config.dumping import dump
-from knittest.config.gates import gates_of, limits_judged, loosened
 from knittest.config.loading import resolve
+from knittest.config.quality_checks import check_relaxed_limits, quality_checks_of, relaxed_limits
 from knittest.config.run import Run
-from knittest.laboratory.judging import Span, assess, losses
-from knittest.laboratory.law_end import MARGIN, shell_areas, worst_of
-from knittest.report_page.gates import _largest_force
-from knittest.runs.writing import _worst
+from knittest.config.yaml_writer import dump
+from knittest.laboratory.quality_checks import Span, assess, loss_ratios
+from knittest.laboratory.shear_law_end import MARGIN, law_excess, shell_areas
+from knittest.report_page.quality_checks import _largest_force
+from knittest.runs.run_files import _worst_quality
 from knittest.solve.state import SimulationCost
 
 ROWS = 101
@@ -95,12 +95,12 @@ def test_energy_given_to_contacts_found_late_counts_with_their_damping() -> None
 
 
 def test_losses_of_nothing() -> None:
-    shares = losses(history(hourglass_mj=at(0, 1.0)).energies)
+    shares = loss_ratios(history(hourglass_mj=at(0, 1.0)).energies)
     assert shares[0][0] == 0.0 and shares[2][0] == np.inf, "hourglass energy without any other is no small share"
     turned = history(external_mj=-history().energies["external_mj"], damping_mj=at(50, 40.0)).energies
-    assert losses(turned)[0][50] == pytest.approx(0.08), "work that is given back counts by its size"
+    assert loss_ratios(turned)[0][50] == pytest.approx(0.08), "work that is given back counts by its size"
     work = 1000.0 - np.abs(1000.0 - 20.0 * np.arange(ROWS))  # there and back, as in a frame that turns
-    back = losses(history(external_mj=work, internal_fabric_mj=work, damping_mj=np.full(ROWS, 40.0)).energies)
+    back = loss_ratios(history(external_mj=work, internal_fabric_mj=work, damping_mj=np.full(ROWS, 40.0)).energies)
     assert back[0][90] == pytest.approx(0.04) and not np.isinf(back[2]).any()
 
 
@@ -123,9 +123,9 @@ def test_overlaps_penetration_and_mass_that_are_no_numbers_fail() -> None:
 def test_the_worst_specimen_is_the_one_without_a_number() -> None:
     good, bad = judged(history()), judged(history(kinetic_ratio=at(60, np.nan)))
     for order in ([good, bad], [bad, good]):
-        assert np.isnan(_worst(order).ke_over_ie_max)
+        assert np.isnan(_worst_quality(order).ke_over_ie_max)
     lossy = replace(good, damping_over_work_max=0.04, drag_over_weight=0.3, beyond_law=0.02)
-    assert _worst([good, lossy]) == lossy
+    assert _worst_quality([good, lossy]) == lossy
 
 
 def test_a_test_that_goes_on_after_a_failure_is_judged_to_its_end() -> None:
@@ -174,10 +174,10 @@ def test_rows_from_the_first_number_that_is_reported() -> None:
     """A frame that shears on to large angles must not push the force at 10 deg into its start-up."""
     work = np.arange(float(ROWS)) ** 4
     found = history(external_mj=work, kinetic_ratio=at(22, 0.5))
-    assert judged_rows(found).start == 48 and not judged(found).failures
-    assert judged_rows(found, to_failure=False, reported_from=21.1).start == 22
+    assert checked_rows(found).start == 48 and not judged(found).failures
+    assert checked_rows(found, to_failure=False, reported_from=21.1).start == 22
     assert judged(found, span=Span(reported_from=21.1)).failures
-    assert judged_rows(found, reported_from=90.0).start == 48, "it never shortens what is judged"
+    assert checked_rows(found, reported_from=90.0).start == 48, "it never shortens what is judged"
 
 
 def test_the_span_of_the_frame_begins_at_its_first_angle() -> None:
@@ -197,7 +197,7 @@ def test_the_span_of_friction_holds_the_samples_of_its_static_force() -> None:
     force, since = static_force(late.curve)
     assert force == pytest.approx(300.0 - 1.2) and since == pytest.approx(38.0)  # mean of 298, 299, 300, 299, 298
     span = Friction().span(late)
-    assert span.rows(late).start == 38 < judged_rows(late, to_failure=False).start
+    assert span.rows(late).start == 38 < checked_rows(late, to_failure=False).start
     for row, passes in ((37, True), (39, False)):
         found = replace(late, energies=late.energies | {"kinetic_ratio": at(row, 0.5)})
         assert judged(found, span=span).quasi_static == passes
@@ -224,17 +224,17 @@ def test_forming_that_drags_more_than_a_tenth_of_the_weight_is_refused_with_sett
     assert "damping force over weight and blank-holder force 40.00 % is above 10 %" in reason
     assert "solver.damping=0.006 with solver.speed=0.05 passes on shells of quick" in reason
     assert not judged(history(), run_of("forming"), drag=0.0999).failures
-    assert [gate.key for gate in gates_of(run_of())].count("drag_over_weight") == 0
+    assert [gate.key for gate in quality_checks_of(run_of())].count("drag_over_weight") == 0
 
 
 ANGLE, AREA = np.array([10.0, 20.0, 50.0, 60.0]), np.array([45.0, 52.0, 2.0, 1.0])
 
 
 def test_shear_beyond_the_law_by_area_with_what_a_law_needs() -> None:
-    found = worst_of(ANGLE, AREA, 48.7)
+    found = law_excess(ANGLE, AREA, 48.7)
     assert (found.share, found.end, found.largest, found.needed) == (pytest.approx(0.03), 48.7, 60.0, 20.0)
-    assert worst_of(ANGLE, AREA, 50.0 - 0.99 * MARGIN).share == pytest.approx(0.01), "a frame scatters about its end"
-    assert worst_of(ANGLE, AREA, 5.0).needed == 20.0
+    assert law_excess(ANGLE, AREA, 50.0 - 0.99 * MARGIN).share == pytest.approx(0.01), "a frame scatters about its end"
+    assert law_excess(ANGLE, AREA, 5.0).needed == 20.0
     assert "3.0 % of the fabric is sheared beyond the end of its shear law, 48.7 deg, up to 60 deg" in found.stated
     squares = np.array([[[0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]], [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1]]])
     assert shell_areas(squares.astype(float)) == pytest.approx([6.0, 1.0])
@@ -265,16 +265,16 @@ LOOSE = {
 def test_a_limit_looser_than_the_presets_refuses_until_it_is_accepted(name: str, tmp_path: Any) -> None:
     text = f"{name}={str(LOOSE[name]).lower()}"
     run = run_of("forming", text)
-    assert [one.name for one in loosened(run)] == [name]
-    quality = limits_judged(run, judged(history(), run))
+    assert [one.name for one in relaxed_limits(run)] == [name]
+    quality = check_relaxed_limits(run, judged(history(), run))
     assert len(quality.failures) == 1 and "accept it with --accept-limits" in quality.failures[0]
     accepted = run_of("forming", text, accept_limits=True)
-    quality = limits_judged(accepted, judged(history(), accepted))
+    quality = check_relaxed_limits(accepted, judged(history(), accepted))
     assert not quality.failures and "accepted by --accept-limits" in quality.warnings[-1]
     kept = tmp_path / "config.yaml"  # of a run folder: it carries the limit, and not that it was accepted
     kept.write_text(dump(accepted))
     again = resolve(config=kept)
-    assert [one.name for one in loosened(again)] == [name] and not again.accept_limits
+    assert [one.name for one in relaxed_limits(again)] == [name] and not again.accept_limits
     assert resolve(config=kept, accept_limits=None) == accepted
 
 
@@ -287,26 +287,26 @@ def test_a_limit_looser_than_the_presets_refuses_until_it_is_accepted(name: str,
     ],
 )
 def test_what_a_gate_hangs_on_counts_as_a_limit(test: str, sets: str) -> None:
-    assert [one.name for one in loosened(run_of(test, sets))] == [sets.partition("=")[0]]
+    assert [one.name for one in relaxed_limits(run_of(test, sets))] == [sets.partition("=")[0]]
 
 
 @pytest.mark.parametrize("field", ["contact", "knitting"])
 def test_contact_or_loops_that_are_left_out_count_at_their_scale_only(field: str) -> None:
     off = f"model.meso.{field}=false"
-    assert [one.stated for one in loosened(run_of("tensile", off, scale="meso"))] == [
+    assert [one.text for one in relaxed_limits(run_of("tensile", off, scale="meso"))] == [
         f"model.meso.{field} = false, looser than the preset's true"
     ]
-    assert loosened(run_of("tensile", off)) == []
+    assert relaxed_limits(run_of("tensile", off)) == []
 
 
 def test_stricter_limits_and_all_presets_are_no_looser() -> None:
-    assert not loosened(
+    assert not relaxed_limits(
         run_of("forming", "solver.max_kinetic_ratio=1", "solver.max_drag=9.9", "rig.membrane_share=0.06")
     )
     for test in ("tensile", "picture-frame", "cantilever", "friction", "forming"):
         for scale in ("macro", "meso"):
             for preset in ("quick", "standard", "paper"):
-                assert not loosened(run_of(test, scale=scale, preset=preset))
+                assert not relaxed_limits(run_of(test, scale=scale, preset=preset))
 
 
 def test_no_setting_and_no_config_accepts_limits(tmp_path: Any) -> None:
@@ -315,7 +315,7 @@ def test_no_setting_and_no_config_accepts_limits(tmp_path: Any) -> None:
     path = tmp_path / "rig.yaml"
     path.write_text("accept_limits: true\nsolver: {max_kinetic_ratio: 50}\n")
     run = resolve(config=path, variant="1", scale="macro", direction="warp")
-    assert not run.accept_limits and limits_judged(run, judged(history(), run)).failures
+    assert not run.accept_limits and check_relaxed_limits(run, judged(history(), run)).failures
 
 
 def test_energies_at_the_largest_force_are_of_the_row_before_the_break():

@@ -11,13 +11,13 @@ from report_sample import write_run
 
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
-from knittest.experiment.compare import compare_columns
+from knittest.experiment.comparison import compare_columns
 from knittest.experiment.conditions import Conditions
-from knittest.experiment.curves import load_curve, per_width
+from knittest.experiment.curves import load_curve, to_force_per_width
 from knittest.experiment.statistics import Specimen
-from knittest.laboratory.given_data import own_curves
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
-from knittest.laboratory.picture_frame.lab_files import Frame
+from knittest.laboratory.picture_frame.lab_files import FrameSpecimen
+from knittest.laboratory.reference_curves import own_curves
 from knittest.laboratory.report_base import REPORTS
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 
@@ -48,7 +48,7 @@ def imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         TENSILE.write(strips, out, direction, ["a.csv"])
     force = 40.0 * SHARE[1:] ** 2
     frames = [
-        Frame(f"f{k}", 45.0 * SHARE[1:], factor * force, False, 250.0, 180.0, path=tmp_path / f"f{k}.csv")
+        FrameSpecimen(f"f{k}", 45.0 * SHARE[1:], factor * force, False, 250.0, 180.0, path=tmp_path / f"f{k}.csv")
         for k, factor in enumerate((1.0, 1.1, 1.3))
     ]
     FRAME_LAB.write(frames, out, "", ["f.csv"])
@@ -100,7 +100,7 @@ def test_a_strip_of_another_series_is_rated(imported):
 
 def test_a_copy_of_the_curve_or_of_the_import_is_recognised(imported):
     """Without its head, with other points and the width given by hand; the import's folder moved."""
-    curve = per_width(load_curve(imported / "data/mine/warp/tension.csv"))
+    curve = to_force_per_width(load_curve(imported / "data/mine/warp/tension.csv"))
     x = np.linspace(0.0, curve.x[-1], 500)
     rows = "".join(
         f"{a:.3f},{100.0 * b:.1f}\n" for a, b in zip(x[1:], np.interp(x, curve.x, curve.mean)[1:], strict=True)

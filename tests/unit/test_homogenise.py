@@ -16,7 +16,7 @@ from knittest.laboratory.base import fabric_laminate
 from knittest.materials.heavy_elastica import chord_angle, stiffness_of
 from knittest.runs.specimen import prepare
 from knittest.studies.homogenise.card import LEAST_TANGENT, tension_curve
-from knittest.studies.homogenise.plan import PIECES, Request, yarn_run
+from knittest.studies.homogenise.plan import PLANNED_TESTS, Request, meso_run
 
 #: yarns of variant 2 in 100 mm
 DENSITY = {"warp": 28.0, "weft": 41.0}
@@ -140,11 +140,11 @@ def test_shells_that_deviate_are_told(tmp_path, monkeypatch):
 
 def test_settings_go_to_the_tests_they_name():
     sets = ("picture-frame.rig.side=30", "cantilever.rig.overhang=90", "model.meso.elements_per_wave=6")
-    runs = {piece.name: yarn_run(Request(variant="1", preset="quick", sets=sets), piece) for piece in PIECES}
+    runs = {piece.name: meso_run(Request(variant="1", preset="quick", sets=sets), piece) for piece in PLANNED_TESTS}
     assert runs["picture-frame"].rig.side == 30.0 and runs["tensile warp"].rig.gauge_length == 50.0
     assert runs["cantilever warp"].rig.overhang == 90.0
     assert {run.model.meso.elements_per_wave for run in runs.values()} == {6}
-    alone = yarn_run(Request(variant="1", preset="quick"), PIECES[3]).rig
+    alone = meso_run(Request(variant="1", preset="quick"), PLANNED_TESTS[3]).rig
     assert alone.overhang == pytest.approx(160.8, abs=0.2)  # Eq. 2 of 15.0 N mm2, tuned; 171 mm with that of the strip
 
 

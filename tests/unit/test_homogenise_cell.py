@@ -9,7 +9,7 @@ from homogenise_cases import BENDING, OUT, STRAIN, YARN_FORCE, Formulas, homogen
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
-from knittest.studies.homogenise.plan import PIECES, Request, cell_run, cell_shell_run, width
+from knittest.studies.homogenise.plan import PLANNED_TESTS, Request, cell_macro_run, cell_run, width
 
 CELL = Request(variant="2", preset="quick", source="cell")
 DENSITY = {"warp": 28.0, "weft": 41.0}
@@ -34,7 +34,7 @@ def test_the_card_is_the_material_and_tells_of_the_cell(tmp_path, monkeypatch):
     found = outcome(tmp_path)
     assert found["status"] == "reproduced" and len(found["check"]) == 16
     assert "fail at a lower force and strain than this card" in found["note"]
-    assert [one["test"] for one in found["runs"] if one["scale"] == "cell"] == [piece.name for piece in PIECES]
+    assert [one["test"] for one in found["runs"] if one["scale"] == "cell"] == [piece.name for piece in PLANNED_TESTS]
 
 
 def test_shells_that_deviate_are_told(tmp_path, monkeypatch):
@@ -52,7 +52,7 @@ def test_shells_that_deviate_are_told(tmp_path, monkeypatch):
 
 
 def test_paths_go_as_far_as_the_card_needs():
-    runs = {piece.name: cell_run(CELL, piece) for piece in PIECES}
+    runs = {piece.name: cell_run(CELL, piece) for piece in PLANNED_TESTS}
     yarn = runs["tensile weft"].fabric.reinforcing
     straight = (1.0 + yarn.crimp_fraction.weft) * (1.0 + yarn.fracture_strain_fraction) - 1.0
     assert runs["tensile weft"].rig.max_strain == pytest.approx(105.0 * straight, rel=1e-4)
@@ -60,13 +60,13 @@ def test_paths_go_as_far_as_the_card_needs():
     assert runs["picture-frame"].rig.max_angle == 42.5 and runs["cantilever weft"].rig.bent == "weft"
     assert {run.rig.wales for run in runs.values()} == {1}
     shorter = Request(variant="2", preset="quick", source="cell", sets=("picture-frame.rig.max_angle=30",))
-    assert cell_run(shorter, PIECES[2]).rig.max_angle == 30.0
+    assert cell_run(shorter, PLANNED_TESTS[2]).rig.max_angle == 30.0
 
 
 def test_shells_are_as_wide_as_whole_yarns_and_hang_as_the_card_says(tmp_path, monkeypatch):
     homogenise(tmp_path, monkeypatch, Formulas(), CELL)
-    for piece in PIECES:
-        run = cell_shell_run(piece, cell_run(CELL, piece), OUT / "fabric.yaml", 41.26, {"warp": 6.0, "weft": 4.0})
+    for piece in PLANNED_TESTS:
+        run = cell_macro_run(piece, cell_run(CELL, piece), OUT / "fabric.yaml", 41.26, {"warp": 6.0, "weft": 4.0})
         if piece.direction:
             assert run.rig.width == pytest.approx(width(run))
         else:

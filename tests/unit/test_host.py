@@ -2,15 +2,15 @@
 
 import pytest
 
-from knittest.base.machine import processor_ticks, taken_share
+from knittest.base.machine import processor_ticks, steal_share
 
 
 def test_steal_is_the_eighth_field_and_guests_are_not_counted_twice(tmp_path):
     stat = tmp_path / "stat"
     stat.write_text("cpu  100 1 20 800 5 0 4 70 99 9\ncpu0 1 1 1 1 1 1 1 1 1 1\n")
     assert processor_ticks(stat) == (70, 1000)
-    assert taken_share((70, 1000), (80, 1200)) == pytest.approx(0.05)
-    assert taken_share(None, (80, 1200)) is taken_share((70, 1000), None) is taken_share((70, 1000), (70, 1000)) is None
+    assert steal_share((70, 1000), (80, 1200)) == pytest.approx(0.05)
+    assert steal_share(None, (80, 1200)) is steal_share((70, 1000), None) is steal_share((70, 1000), (70, 1000)) is None
 
 
 @pytest.mark.parametrize("text", ["", "cpu", "cpu 1 2 3", "cpu0 1 2 3 4 5 6 7 8", "cpu a b c d e f g h"])

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.kernels import periodic
 from knittest.kernels.state import CURVATURE
 from knittest.models.image_contacts import masters, share_states
 from knittest.models.meso import build_meso_cell
-from knittest.models.periodic import _near
+from knittest.models.periodic import _flag_near_pieces
 from knittest.models.tool import constant
 from knittest.pose import ALL, PeriodicBody, PeriodicChain, YarnContact, round_section
 
@@ -55,7 +55,7 @@ def test_copies_take_over_the_state_of_the_loaded_one_turned_with_their_image(cu
     cell.prepare()
     cell.bend_along(np.array([1.0, 0.0, 0.0]))
     cell.images.lattice[CURVATURE] = curvature
-    periodic.follow(1e-4, cell.nodes, cell.images)
+    periodic.move_images(1e-4, cell.nodes, cell.images)
     contacts, count = cell.tracker.contacts, cell.tracker.count
     turn = curvature * SIDE * cell.images.times[cell.images.of[contacts.piece[0, :count]], 0]
     loaded = int(np.argmax(turn))
@@ -98,7 +98,7 @@ def test_ellipses_are_looked_for_where_centre_lines_are_nearest_beyond_the_cell(
     """Placed on a piece that touches the cell; looked for on such alone, a copy pressed one of both yarns there."""
     own = np.zeros(12, np.bool_)
     own[4:6] = True
-    assert np.flatnonzero(_near(own, off)).tolist() == looked_at
+    assert np.flatnonzero(_flag_near_pieces(own, off)).tolist() == looked_at
 
 
 def test_cells_of_ellipses_look_further_than_those_of_circles() -> None:

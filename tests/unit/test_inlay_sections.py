@@ -8,16 +8,16 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.export.keywords import KeywordFile
-from knittest.fabric import relax
+from knittest.fabric import relaxation
 from knittest.fabric.cell import CellSpec
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.strip import strip
 from knittest.fabric.topology import draw
-from knittest.kernels.flatten import HIGH, LENGTH, PRODUCT, STIFF
+from knittest.kernels.flattening import HIGH, LENGTH, PRODUCT, STIFF
 from knittest.models.boundary import Boundary
 from knittest.models.meso import build_meso, build_meso_cell
 from knittest.models.tool import plane
-from knittest.runs.deck.yarns import add_yarns
+from knittest.runs.deck.beam_parts import add_yarns
 
 #: mass over fibre volume of 1200 tex whose fibres have 0.784 mm2
 DENSITY = 1.53
@@ -74,7 +74,7 @@ def test_a_cell_of_ellipses_has_its_thickness_and_conserves_the_loop():
 
 def test_sections_that_lock_are_refused_with_the_packing_that_would_do(monkeypatch):
     """Tried smaller until one relaxes; with less patience, for here no force need come to rest."""
-    monkeypatch.setattr(relax, "PATIENT", 3000)
+    monkeypatch.setattr(relaxation, "PATIENT", 3000)
     fabric = with_sections(ratio=(1.5, 1.5), packing=(0.5, 0.5))
     with pytest.raises(
         InputError, match=r"1.73 x 1.15 mm warp .*the yarns lock .*packing (1.\d+) times as large"

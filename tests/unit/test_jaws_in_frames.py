@@ -212,7 +212,7 @@ def test_a_real_run_is_shown_with_them_also_when_it_was_kept_and_without_them_by
         for k in range(len(recording.time)):
             np.testing.assert_allclose(read.place(k), body.place(k), atol=1e-9)
         assert (read.turn is None) == (test == "tensile")
-    for fact in report.placed_by:
+    for fact in report.placement_facts:
         without = {name: value for name, value in specimen.facts.items() if name != fact}
         assert report.bodies(run, replace(specimen, facts=without)) == []
     touches(recording, test)

@@ -95,12 +95,12 @@ def test_python_calls_no_kernel_that_only_kernels_can_call(folder):
 @pytest.mark.parametrize(
     ("line", "called"),
     [
-        ("in_turn(0, 0, 1)", {"in_turn"}),
-        ("call(in_turn)", {"in_turn"}),
-        ("in_turn.py_func(0, 0, 1)", set()),
-        ("plain(in_turn)(0, 0, 1)", set()),
-        ("threading.in_turn(0, 0, 1)", {"in_turn"}),
-        ("threading.in_turn.py_func(0, 0, 1)", set()),
+        ("next_partition(0, 0, 1)", {"next_partition"}),
+        ("call(next_partition)", {"next_partition"}),
+        ("next_partition.py_func(0, 0, 1)", set()),
+        ("plain(next_partition)(0, 0, 1)", set()),
+        ("threading.next_partition(0, 0, 1)", {"next_partition"}),
+        ("threading.next_partition.py_func(0, 0, 1)", set()),
     ],
 )
 def test_a_call_is_seen(line, called):

@@ -11,7 +11,7 @@ from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.kernels.state import ContactLaw
-from knittest.solve.exercise import ALL, ELLIPSES, kernels_of
+from knittest.solve.tiny_models import ALL, ELLIPSES, kernels_of
 
 PATCH = [f"fabric.contact.patch.radius.{kind}=0.2" for kind in ("inlay_inlay", "inlay_loop", "loop_loop")]
 
@@ -64,11 +64,11 @@ def test_warmup_compiles_what_shipped_fabrics_need(name: str) -> None:
 def test_without_tools_the_step_is_compiled_for_none() -> None:
     chain = pose.Chain(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), pose.round_section(1e3, 0.5, 1e-3))
     body = pose.Body.of_chains([chain])
-    assert body.model.acting(body.start().drive)[3:] == (None, None)
+    assert body.model.kernel_drive(body.start().drive)[3:] == (None, None)
     touched = pose.Body.of_chains([chain])
     touched.boundary.add_tool(pose.plane((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)))
     drive = touched.start().drive
-    assert touched.model.acting(drive)[3:] == (drive.tools, drive.touch)
+    assert touched.model.kernel_drive(drive)[3:] == (drive.tools, drive.touch)
 
 
 def test_what_resists_spin_is_compiled_for_laws_that_have_it() -> None:

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from knittest.base.kinds import kinds
 from knittest.config import fabric, laws, rigs, run, tools, yarn
-from knittest.config.base import Directed, Kernel, PerDirection, Quantity, Strict, field_meta, number
+from knittest.config.base import DirectionalNumber, Kernel, PerDirection, Quantity, Strict, field_meta, number
 from knittest.config.loading import resolve
 
 #: kernel units are mm, ms, g, N, MPa, rad: of one unit of the user, written out
@@ -69,14 +69,15 @@ def test_converts_with_the_unit_of_its_field(model: type[Strict], name: str, fou
     factor, suffix = IN_KERNEL[unit]
     assert name == f"{found.field}_{suffix}"
     value = getattr(model.model_construct(**{found.field: sample(field.annotation)}), name)
-    pair = isinstance(value, Directed)
+    pair = isinstance(value, DirectionalNumber)
     assert value == pytest.approx((3.0 * factor, 7.0 * factor) if pair else 3.0 * factor, rel=1e-15, abs=0.0)
     annotation = field.annotation
     (kernel,) = get_args(model.__annotations__[name])
     (declared,) = get_args(kernel)
     optional, pair = type(None) in get_args(annotation), PerDirection in (annotation, *get_args(annotation))
     assert declared == {
-        (False, False): float, (True, False): float | None, (False, True): Directed, (True, True): Directed | None,
+        (False, False): float, (True, False): float | None,
+        (False, True): DirectionalNumber, (True, True): DirectionalNumber | None,
     }[optional, pair]  # fmt: skip
     if optional:
         assert getattr(model.model_construct(**{found.field: None}), name) is None

@@ -10,13 +10,13 @@ from pydantic import Field
 
 from knittest.base import kinds as module
 from knittest.base.errors import InputError
-from knittest.base.kinds import Joined, Parts, kinds, names
+from knittest.base.kinds import JoinedParts, Parts, kinds, test_names
 from knittest.cli.main import cli
 from knittest.config.base import Strict
 from knittest.config.run import Run, rig_model
 from knittest.export.lock import results_of_runs, tables_of_runs
 from knittest.laboratory.base import Test
-from knittest.laboratory.report_base import REPORTS, TESTS, _made
+from knittest.laboratory.report_base import REPORTS, TESTS, _make_part
 from knittest.solve.state import SILENT
 
 PACKAGE = Path(module.__file__).parents[1]
@@ -46,7 +46,7 @@ NAMED = {
     "solve/body.py": "friction is a coefficient here",
     **dict.fromkeys(
         ("studies/homogenise/card.py", "studies/homogenise/check.py", "studies/homogenise/plan.py",
-         "studies/homogenise/yarn_card.py"),
+         "studies/homogenise/derived_card.py"),
         "homogenising is pulling, shearing and bending, whatever other tests there are",
     ),
 }  # fmt: skip
@@ -92,7 +92,7 @@ def test_no_literal_outside_the_laboratory_lists_tests():
     assert set(found) == set(ALLOWED)
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", test_names())
 def test_a_record_names_what_is_there(name):
     kind = kinds()[name]
     rig = kind.load("run").model_fields["rig"].annotation
@@ -118,14 +118,14 @@ def test_two_labels_for_one_result_are_refused(monkeypatch):
     other = replace(one, name="other", labels={"peak_force_n": ("force", "{:.0f}")})
     monkeypatch.setattr(module, "kinds", lambda: {"tensile": one, "other": other})
     with pytest.raises(InputError, match="test other: labels: peak_force_n is"):
-        len(Joined("labels"))
+        len(JoinedParts("labels"))
 
 
 def test_a_part_is_made_once_and_only_where_it_is_asked_for():
     made = []
     parts = Parts(lambda kind: made.append(kind.name) or kind.name)
     assert parts["friction"] == parts["friction"] == "friction" and made == ["friction"]
-    assert "nothing" not in parts and list(parts) == names()
+    assert "nothing" not in parts and list(parts) == test_names()
     with pytest.raises(KeyError):
         parts["nothing"]
 
@@ -147,7 +147,7 @@ def test_a_run_of_a_rig_that_is_none_is_no_class():
             rig: Bench = Field(default_factory=Bench)
 
 
-@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("name", test_names())
 def test_config_and_files_of_a_test_stand_in_its_folder(name):
     kind, folder = kinds()[name], f"knittest.laboratory.{name.replace('-', '_')}."
     parts = (kind.run, kind.test, kind.report, kind.size, kind.sheet, kind.presets, kind.advice, kind.laboratory)
@@ -170,7 +170,7 @@ def test_a_part_that_cannot_be_made_is_refused():
     with pytest.raises(
         InputError, match=rf"test friction: {__name__}:Unfinished lacks assess, results, solve: see Test"
     ):
-        _made(kind, "test", Test)
+        _make_part(kind, "test", Test)
 
 
 def test_an_option_of_a_test_keeps_all_digits(monkeypatch):
@@ -183,8 +183,8 @@ def test_an_option_of_a_test_keeps_all_digits(monkeypatch):
 
 def test_a_checkout_has_the_tests_that_it_states_now_however_old_its_installation(monkeypatch):
     monkeypatch.setattr(module, "entry_points", lambda group: [])
-    assert list(kinds.__wrapped__()) == [name for name in names() if kinds()[name].run.startswith("knittest.")]
-    monkeypatch.setattr(module, "_of_checkout", lambda path: [])
+    assert list(kinds.__wrapped__()) == [name for name in test_names() if kinds()[name].run.startswith("knittest.")]
+    monkeypatch.setattr(module, "_checkout_entries", lambda path: [])
     with pytest.raises(
         InputError,
         match=r"tests of knittest are not installed \(knittest\.laboratory\.bias_extension\.kind, .*pip "
@@ -196,6 +196,6 @@ def test_a_checkout_has_the_tests_that_it_states_now_however_old_its_installatio
 def test_a_project_beside_the_package_that_is_another_states_nothing(tmp_path):
     path = tmp_path / "pyproject.toml"
     path.write_text('[project]\nname = "other"\n[project.entry-points."knittest.tests"]\nwire = "wire.kind:KIND"\n')
-    assert module._of_checkout(path) == [] and module._of_checkout(tmp_path / "none.toml") == []
+    assert module._checkout_entries(path) == [] and module._checkout_entries(tmp_path / "none.toml") == []
     path.write_text(path.read_text().replace("other", "knittest"))
-    assert [(entry.name, entry.value) for entry in module._of_checkout(path)] == [("wire", "wire.kind:KIND")]
+    assert [(entry.name, entry.value) for entry in module._checkout_entries(path)] == [("wire", "wire.kind:KIND")]

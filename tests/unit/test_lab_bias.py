@@ -9,13 +9,13 @@ from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_table import Given
-from knittest.experiment.lab_tests import LAB_TESTS, looks_like, read_files
-from knittest.experiment.tables import published
+from knittest.experiment.lab_table import ReadOptions
+from knittest.experiment.lab_tests import LAB_TESTS, read_files, recognise_test
+from knittest.experiment.tables import published_rows
 from knittest.laboratory.bias_extension.lab_files import LAB
-from knittest.laboratory.bias_extension.report import normalised
+from knittest.laboratory.bias_extension.report import normalise_curve
 from knittest.laboratory.bias_extension.strip import BiasStrip
-from knittest.laboratory.given_data import own_curves
+from knittest.laboratory.reference_curves import own_curves
 from knittest.laboratory.report_base import REPORTS
 
 STIFFNESS = 0.1  # S = STIFFNESS gamma [N/mm]
@@ -40,25 +40,28 @@ def biaxial_file(path, ratio=0.5, peak=100.0, head=True):
 
 
 def test_a_strip_in_travel_gives_the_law_back(tmp_path):
-    (one,) = LAB.read(bias_file(tmp_path / "a.csv"), Given())
+    (one,) = LAB.read(bias_file(tmp_path / "a.csv"), ReadOptions())
     gamma = np.deg2rad(one.angle)
     assert one.angle[-1] == pytest.approx(45.0, abs=1e-3)
-    assert one.normalised[10:] == pytest.approx((STIFFNESS * gamma / np.cos(gamma))[10:], rel=2e-3)
+    assert one.normalised_force[10:] == pytest.approx((STIFFNESS * gamma / np.cos(gamma))[10:], rel=2e-3)
 
 
 def test_strips_of_any_size_have_one_normalised_force(tmp_path):
     found = [
-        LAB.read(bias_file(tmp_path / f"{h:g}.csv", h, w), Given())[0] for h, w in ((230.0, 115.0), (450.0, 150.0))
+        LAB.read(bias_file(tmp_path / f"{h:g}.csv", h, w), ReadOptions())[0]
+        for h, w in ((230.0, 115.0), (450.0, 150.0))
     ]
-    one, other = (np.interp([10.0, 30.0], s.angle, s.normalised) for s in found)
+    one, other = (np.interp([10.0, 30.0], s.angle, s.normalised_force) for s in found)
     assert one == pytest.approx(other, rel=2e-3) and found[0].force[-1] != pytest.approx(found[1].force[-1], rel=0.1)
 
 
 def test_a_size_that_is_missing_or_too_short_is_refused(tmp_path):
     path = bias_file(tmp_path / "a.csv", head=False)
-    refused(r"no gauge length and no strip width: give --gauge-length .* and --width", lambda: LAB.read(path, Given()))
+    refused(
+        r"no gauge length and no strip width: give --gauge-length .* and --width", lambda: LAB.read(path, ReadOptions())
+    )
     short, narrow, right = (
-        Given(sizes={"gauge_length_mm": length, "strip_width_mm": width})
+        ReadOptions(sizes={"gauge_length_mm": length, "strip_width_mm": width})
         for length, width in ((150.0, 115.0), (100.0, 50.0), (230.0, 115.0))
     )
     refused("150 mm long and 115 mm wide: expected at least 2 times", LAB.read, path, short)
@@ -72,7 +75,7 @@ def test_an_import_is_compared_by_its_normalised_rows(tmp_path, monkeypatch):
     strips = read_files("bias-extension", files, {})
     out = tmp_path / "data" / "mine"
     assert LAB_TESTS["bias-extension"].write(strips, out, None, ["0.csv"]) == "mine"
-    rows = {r.quantity: r for r in published(out, "mine", "", kinds()["bias-extension"].published)}
+    rows = {r.quantity: r for r in published_rows(out, "mine", "", kinds()["bias-extension"].published)}
     gamma = np.deg2rad(30.0)
     row = rows["bias_normalised_force_n_per_mm_at_deg.30"]
     assert row.mean == pytest.approx(1.02 * STIFFNESS * gamma / np.cos(gamma), rel=2e-3) and row.n == 3
@@ -82,7 +85,7 @@ def test_an_import_is_compared_by_its_normalised_rows(tmp_path, monkeypatch):
     assert part["rigs"]["bias-extension"] == sizes
     assert "macro" not in part  # a law comes from frames: the bias extension judges it
     curve = load_curve(out / "bias-extension" / "corridor.csv")
-    assert normalised(curve) is curve and curve.conditions.test == "bias-extension"
+    assert normalise_curve(curve) is curve and curve.conditions.test == "bias-extension"
 
 
 def test_a_file_of_forces_is_normalised_by_its_own_strip(tmp_path):
@@ -107,8 +110,8 @@ def test_a_biaxial_file_needs_its_ratio(tmp_path):
     assert one.ratio == 0.5 and one.width == 80.0
     other = [biaxial_file(tmp_path / "b.csv")]
     refused(r"strain ratio 0\.5 1, but --ratio is 1 1", read_files, "biaxial", other, {"ratio": 1.0})
-    assert looks_like(tmp_path / "b.csv") == "biaxial"
-    assert looks_like(bias_file(tmp_path / "c.csv")) == "bias-extension"
+    assert recognise_test(tmp_path / "b.csv") == "biaxial"
+    assert recognise_test(bias_file(tmp_path / "c.csv")) == "bias-extension"
 
 
 def test_a_biaxial_import_is_compared_at_its_own_ratio_alone(tmp_path, monkeypatch):
@@ -116,7 +119,7 @@ def test_a_biaxial_import_is_compared_at_its_own_ratio_alone(tmp_path, monkeypat
     files = [biaxial_file(tmp_path / f"{k}.csv", peak=100.0 + k) for k in range(2)]
     out = tmp_path / "data" / "mine"
     LAB_TESTS["biaxial"].write(read_files("biaxial", files, {}), out, "warp", ["0.csv"])
-    rows = published(out, "mine", "warp", kinds()["biaxial"].published)
+    rows = published_rows(out, "mine", "warp", kinds()["biaxial"].published)
     assert [(r.quantity, r.mean) for r in rows] == [("biaxial_force_n_per_mm", 100.5), ("biaxial_strain_pct", 1.5)]
     part = yaml.safe_load((out / "fabric.yaml").read_text(encoding="utf-8"))
     assert part["rigs"] == {"biaxial": {"ratio": 0.5}} and "macro" not in part
@@ -150,12 +153,12 @@ def written(path, name, factor=0.5):
     ],
 )
 def test_an_angle_or_an_extensometer_is_no_travel_of_the_clamp(tmp_path, name, words):
-    refused(words, LAB.read, written(tmp_path / "a.csv", name), Given())
+    refused(words, LAB.read, written(tmp_path / "a.csv", name), ReadOptions())
 
 
 def test_a_strain_is_the_travel_over_the_length(tmp_path):
     travel, strain = (
-        LAB.read(written(tmp_path / "a.csv", name, factor), Given())[0]
+        LAB.read(written(tmp_path / "a.csv", name, factor), ReadOptions())[0]
         for name, factor in (("Travel [mm]", 0.5), ("Strain [%]", 0.25))
     )
     assert strain.angle == pytest.approx(travel.angle, abs=1e-6) and travel.angle[-1] > 30.0

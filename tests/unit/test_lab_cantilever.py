@@ -10,21 +10,21 @@ from strip_reading import refused
 from knittest.cli.main import run
 from knittest.config.fabric import YARN_LEVEL
 from knittest.config.loading import resolve
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import ReadOptions
 from knittest.experiment.origin import row_kind
-from knittest.experiment.tables import published
+from knittest.experiment.tables import published_rows
 from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
-from knittest.laboratory.cantilever.lab_files import STANDARD_ANGLE, at_standard_angle
+from knittest.laboratory.cantilever.lab_files import STANDARD_ANGLE, standard_overhang_ratio
 from knittest.laboratory.cantilever.test import given_overhang, stiffness_by_overhang
 from knittest.materials.heavy_elastica import chord_angle
-from knittest.runs.preflight.of_tests import test_counterparts as of_tests
-from knittest.runs.writing import references_of
+from knittest.runs.preflight.measured_counterparts import test_counterparts as of_tests
+from knittest.runs.run_files import references_of
 
 
 def given(mass=824.2, width=50.0, **more):
     """What a user states; sizes that are None are not stated."""
     sizes = {"area_mass_g_m2": mass, "strip_width_mm": width, **more}
-    return Given(sizes={name: size for name, size in sizes.items() if size is not None})
+    return ReadOptions(sizes={name: size for name, size in sizes.items() if size is not None})
 
 
 V1 = given()
@@ -55,7 +55,7 @@ def test_stiffness_is_that_of_the_paper_in_the_right_unit(read):
 
 def test_readings_of_a_strip_are_averaged_and_units_kept(read):
     text = "Flächengewicht;0,8242;kg/m²\nProbenbreite;5;cm\nProbe;Überhanglänge\n;cm\n1;17,0\n1;17,2\n2;16,0\n2;16,2\n"
-    one, two = read(text, Given())
+    one, two = read(text, ReadOptions())
     assert (one.overhang, two.overhang) == pytest.approx((171.0, 161.0)) and (one.width, one.area_mass) == (50.0, 824.2)
     assert len(CANTILEVER.results([one, two], "warp").found["overhang_mm"]) == 2
     assert [s.overhang for s in read("overhang [mm]\n171\n161\n")] == [171.0, 161.0]
@@ -64,19 +64,19 @@ def test_readings_of_a_strip_are_averaged_and_units_kept(read):
 @pytest.mark.parametrize("angle", [30.0, 45.0])
 def test_an_overhang_at_another_angle_becomes_that_at_41_deg(angle):
     """The heavy elastica of the same strip meets 41.5 deg at the overhang that is found."""
-    stiffness, weight, factor = 3.0, 8e-6, at_standard_angle(angle)
+    stiffness, weight, factor = 3.0, 8e-6, standard_overhang_ratio(angle)
     low, high = 50.0, 400.0
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if chord_angle(middle, weight, stiffness) < angle else (low, middle)
     assert chord_angle(low * factor, weight, stiffness) == pytest.approx(STANDARD_ANGLE, abs=0.01)
-    assert (factor > 1.0) == (angle < STANDARD_ANGLE) and at_standard_angle(STANDARD_ANGLE) == 1.0
+    assert (factor > 1.0) == (angle < STANDARD_ANGLE) and standard_overhang_ratio(STANDARD_ANGLE) == 1.0
 
 
 def test_the_angle_is_stated_or_that_of_the_standard(read):
     text = "plane angle;45;deg\noverhang [mm]\n171\n"
     (strip,) = read(text)
-    assert strip.overhang == pytest.approx(171.0 * at_standard_angle(45.0)) and strip.overhang < 171.0
+    assert strip.overhang == pytest.approx(171.0 * standard_overhang_ratio(45.0)) and strip.overhang < 171.0
     assert "by the heavy elastica" in "".join(CANTILEVER.lines([strip]))
     words = r"angle of the plane 45 deg, but --plane-angle is 41\.5 deg"
     refused(words, read, text, given(plane_angle_deg=41.5))
@@ -107,7 +107,7 @@ def test_refused_with_the_row(read, text, words):
 
 def test_an_area_mass_must_be_known(read):
     text = "overhang [mm]\n171\n"
-    refused(r"states no area mass: give --area-mass \[g/m2\]", read, text, Given())
+    refused(r"states no area mass: give --area-mass \[g/m2\]", read, text, ReadOptions())
     refused(r"--area-mass 0\.8: implausible.*it looks like kg/m2: 800 g/m2", read, text, given(0.8))
     results = CANTILEVER.results(read(text, given(width=None)), "warp")
     assert "bending_stiffness_mncm2" not in results.found  # of a strip of no known width
@@ -118,7 +118,7 @@ def test_the_table_and_the_part_of_the_fabric(read, tmp_path):
     strips = read("overhang [mm]\n171\n165\n177\n")
     assert CANTILEVER.write(strips, out, "warp", ["a.csv"]) == "mine"
     names = ("overhang_mm", "bending_stiffness_n_mm_per_width", "bending_stiffness_mncm2", "strip_width_mm")
-    overhang, per_width, of_strip, width = published(out, "mine", "warp", names)
+    overhang, per_width, of_strip, width = published_rows(out, "mine", "warp", names)
     assert (overhang.mean, overhang.sd, overhang.n) == (171.0, 6.0, 3)
     assert per_width.mean == pytest.approx(np.mean([s.stiffness for s in strips]), rel=1e-5)
     assert (of_strip.mean, of_strip.unit) == (pytest.approx(per_width.mean * 500.0, rel=1e-5), "mN cm2")

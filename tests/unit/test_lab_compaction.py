@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 from strip_reading import refused
 
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_table import ReadOptions
 from knittest.experiment.lab_tests import LAB_TESTS, read_files
-from knittest.experiment.tables import published
+from knittest.experiment.tables import published_rows
 from knittest.laboratory.compaction.lab_files import LAB
 
 HEAD = "Dicke [mm];Druck [kPa]\n"
@@ -29,7 +29,7 @@ def export(path, start=3.0, most=1000.0, head=HEAD, factor=1.0, more=""):
 
 
 def test_thickness_at_the_pressures_of_a_run(tmp_path):
-    (piece,) = LAB.read(export(tmp_path / "a.csv", most=300.0), Given())
+    (piece,) = LAB.read(export(tmp_path / "a.csv", most=300.0), ReadOptions())
     found = LAB.results([piece], "", []).found
     assert {name: float(v[0]) for name, v in found.items()} == pytest.approx(
         {f"thickness_mm_at_kpa.{p}": law(p) for p in (1, 10, 100)}, abs=1e-5
@@ -42,7 +42,7 @@ def test_thickness_at_the_pressures_of_a_run(tmp_path):
 )
 def test_units_are_read_and_unloading_is_left_out(tmp_path, unit, factor, more):
     path = export(tmp_path / "a.csv", head=f"thickness [mm];pressure [{unit}]\n", factor=factor, more=more)
-    (piece,) = LAB.read(path, Given())
+    (piece,) = LAB.read(path, ReadOptions())
     assert piece.pressure[-1] == pytest.approx(1000.0)
     assert piece.at(np.array([100.0]))[0] == pytest.approx(law(100.0), abs=1e-5)
 
@@ -60,15 +60,15 @@ def test_units_are_read_and_unloading_is_left_out(tmp_path, unit, factor, more):
 def test_a_table_that_is_no_compaction_is_refused(tmp_path, text, said):
     path = tmp_path / "a.csv"
     path.write_text(text)
-    refused(said, lambda: LAB.read(path, Given()))
+    refused(said, lambda: LAB.read(path, ReadOptions()))
 
 
 def test_pieces_of_another_unit_copies_and_pressures_apart_are_refused(tmp_path):
-    one = LAB.read(export(tmp_path / "a.csv"), Given())[0]
-    thick = LAB.read(export(tmp_path / "b.csv", start=15.0), Given())[0]
+    one = LAB.read(export(tmp_path / "a.csv"), ReadOptions())[0]
+    thick = LAB.read(export(tmp_path / "b.csv", start=15.0), ReadOptions())[0]
     refused("thickness", LAB.results, [one, thick], "", [])
     refused(r"a\.csv|copies|same", LAB.results, [one, one], "", [])
-    short = LAB.read(export(tmp_path / "c.csv", start=3.1, most=0.9 / 0.8), Given())[0]
+    short = LAB.read(export(tmp_path / "c.csv", start=3.1, most=0.9 / 0.8), ReadOptions())[0]
     short = replace(short, pressure=short.pressure[:-5], thickness=short.thickness[:-5])
     refused("expected one of 1, 10, 100, 1000 kPa", LAB.results, [one, short], "", [])
 
@@ -79,7 +79,7 @@ def test_an_import_is_an_experiment_whose_rows_a_run_is_held_against(tmp_path):
     out = tmp_path / "mine"
     pieces = read_files("compaction", files, {})
     LAB_TESTS["compaction"].write(pieces, out, None, [f.name for f in files])
-    rows = published(out, "mine", "", ("thickness_mm_at_kpa.1", "thickness_mm_at_kpa.100"))
+    rows = published_rows(out, "mine", "", ("thickness_mm_at_kpa.1", "thickness_mm_at_kpa.100"))
     assert [(r.mean, r.sd, r.n, r.unit) for r in rows] == [
         (pytest.approx(3.1, abs=1e-5), pytest.approx(0.1, abs=1e-5), 3, "mm"),
         (pytest.approx(2.7, abs=1e-5), pytest.approx(0.1, abs=1e-5), 3, "mm"),
@@ -103,5 +103,5 @@ def test_a_force_is_a_pressure_by_the_plate_and_units_are_converted(tmp_path, he
     pressure = np.geomspace(0.5, 200.0, 60)
     rows = "".join(f"{(2.2 - 0.1 * np.log(p)) / inch:.6f};{p * factor:.6f}\n" for p in pressure)
     (tmp_path / "a.csv").write_text(f"{head}\n{rows}", encoding="utf-8")
-    (piece,) = LAB.read(tmp_path / "a.csv", Given())
+    (piece,) = LAB.read(tmp_path / "a.csv", ReadOptions())
     assert piece.at(np.array([1.0, 10.0, 100.0])) == pytest.approx([2.2, 1.9697, 1.7395], abs=1e-4)

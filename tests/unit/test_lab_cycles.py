@@ -8,10 +8,10 @@ import pytest
 from strip_reading import refused
 
 from knittest.config.loading import resolve
-from knittest.experiment.lab_table import Given
-from knittest.experiment.tables import published
+from knittest.experiment.lab_table import ReadOptions
+from knittest.experiment.tables import published_rows
+from knittest.laboratory.picture_frame.lab_files import CYCLE_QUANTITIES, force_free_angle
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
-from knittest.laboratory.picture_frame.lab_files import ROWS_OF_A_RUN, gone_at
 from knittest.laboratory.report_base import REPORTS
 from knittest.materials.trellis import crosshead, crosshead_force
 
@@ -57,7 +57,7 @@ def export(path, **how):
 
 
 def cycles(path, **given):
-    (one,) = FRAME_LAB.read(path, Given(**given))
+    (one,) = FRAME_LAB.read(path, ReadOptions(**given))
     return one.cycles
 
 
@@ -114,49 +114,49 @@ def test_the_number_of_cycles_is_found(tmp_path):
 def test_loops_that_are_none_of_a_run_are_refused_if_asked_for_and_said_otherwise(tmp_path, stops, said):
     mirrored = export(tmp_path / "b.csv", share=0.3, mirrored=True)
     words = r"cycle 1 takes [\d.]+ mJ and returns [\d.]+ mJ, expected less"
-    refused(words, FRAME_LAB.read, mirrored, Given(loading="cycles"))
+    refused(words, FRAME_LAB.read, mirrored, ReadOptions(loading="cycles"))
     path = export(tmp_path / "a.csv", stops=stops)
-    refused(rf"a\.csv: specimen a: {said}", lambda: FRAME_LAB.read(path, Given(loading="cycles")))
-    (one,) = FRAME_LAB.read(path, Given())
+    refused(rf"a\.csv: specimen a: {said}", lambda: FRAME_LAB.read(path, ReadOptions(loading="cycles")))
+    (one,) = FRAME_LAB.read(path, ReadOptions())
     assert not one.cycles and one.angle[-1] == pytest.approx(TURN, abs=0.01)
     told = next(line for line in FRAME_LAB.lines([one]) if line.startswith("a: up to"))
     assert ("first loading only; no cycle: " in told) == (len(stops) > 1)
 
 
 def test_frames_of_one_series_have_the_same_cycles(tmp_path):
-    one = FRAME_LAB.read(export(tmp_path / "a.csv"), Given())[0]
+    one = FRAME_LAB.read(export(tmp_path / "a.csv"), ReadOptions())[0]
     for stops, said in (
         ((TURN,), r"b\.csv: specimen b: 0 cycles, specimen a has 1: use --loading first"),
         ((TURN, 5.0), r"specimen b: 0 cycles \(.*returns to 5 deg.*\), specimen a has 1"),
         ((TURN, 0.0) * 2, r"specimen b: 2 cycles, specimen a has 1"),
         ((21.0, 0.0), r"specimen b: cycles turn at 21 deg, those of specimen a at 20 deg"),
     ):
-        other = FRAME_LAB.read(export(tmp_path / "b.csv", stops=stops, noise=0.01), Given())
+        other = FRAME_LAB.read(export(tmp_path / "b.csv", stops=stops, noise=0.01), ReadOptions())
         refused(said, FRAME_LAB.results, [one, *other], "", [])
 
 
 def test_work_is_that_of_the_mean_square_of_a_series(tmp_path):
     files = [export(tmp_path / f"{side:g}.csv", fabric=side) for side in (160.0, 156.0)]
-    rows = FRAME_LAB.results([FRAME_LAB.read(path, Given())[0] for path in files], "", []).found
+    rows = FRAME_LAB.results([FRAME_LAB.read(path, ReadOptions())[0] for path in files], "", []).found
     assert rows["cycle_work_mj"] == pytest.approx([WORK * (158.0 / FABRIC) ** 2] * 2, rel=3e-3)
     assert rows["cycle_loss_mj"] == pytest.approx([LOSS * (158.0 / FABRIC) ** 2] * 2, rel=4e-3)
 
 
 def test_a_force_that_stays_has_no_angle(tmp_path):
-    one = FRAME_LAB.read(export(tmp_path / "a.csv", stops=(TURN, 0.4)), Given(loading="cycles"))[0]
+    one = FRAME_LAB.read(export(tmp_path / "a.csv", stops=(TURN, 0.4)), ReadOptions(loading="cycles"))[0]
     assert one.cycles[0].residual == pytest.approx(GONE, abs=0.03)
-    assert np.isnan(gone_at(np.array([20.0, 10.0, 0.0]), np.array([3.0, 2.0, 1.0])))
-    assert gone_at(np.array([20.0, 10.0, 0.0]), np.array([3.0, 1.0, -1.0])) == pytest.approx(5.0)
-    assert gone_at(np.array([20.0, 10.0]), np.array([-1.0, -2.0])) == 20.0
+    assert np.isnan(force_free_angle(np.array([20.0, 10.0, 0.0]), np.array([3.0, 2.0, 1.0])))
+    assert force_free_angle(np.array([20.0, 10.0, 0.0]), np.array([3.0, 1.0, -1.0])) == pytest.approx(5.0)
+    assert force_free_angle(np.array([20.0, 10.0]), np.array([-1.0, -2.0])) == 20.0
 
 
 def written(tmp_path, **how):
     """Experiment of two frames whose stiffness differs by 20 %."""
     frames = [
-        FRAME_LAB.read(export(tmp_path / f"{k}.csv", gain=g, **how), Given())[0] for k, g in enumerate((0.9, 1.1))
+        FRAME_LAB.read(export(tmp_path / f"{k}.csv", gain=g, **how), ReadOptions())[0] for k, g in enumerate((0.9, 1.1))
     ]
     FRAME_LAB.write(frames, tmp_path / "mine", "", ["0.csv", "1.csv"])
-    return published(tmp_path / "mine", "mine", "", ROWS_OF_A_RUN)
+    return published_rows(tmp_path / "mine", "mine", "", CYCLE_QUANTITIES)
 
 
 def frame(*sets, side=FABRIC):
@@ -191,7 +191,7 @@ def test_cycles_up_to_another_angle_are_not_compared_and_it_is_said(tmp_path):
     assert "not compared: cycle_work_mj, cycle_loss_mj" in told and "cycles up to 20 deg, in the run up to 25" in told
     assert "--set rig.max_angle=20" in told
     three = frame("rig.cycles=3", f"rig.max_angle={TURN}")
-    assert [row.quantity for row in report.scaled(three, rows)] == list(ROWS_OF_A_RUN[:4])
+    assert [row.quantity for row in report.scaled(three, rows)] == list(CYCLE_QUANTITIES[:4])
     assert "the last of 2 cycles, the run has 3: compare with --set rig.cycles=2" in report.apart(three, rows)[0]
     once = frame("rig.cycles=1", f"rig.max_angle={TURN}")
     assert not report.apart(once, rows) and "the first of 2" in report.scaled(once, rows)[0].table

@@ -14,10 +14,10 @@ from knittest.cli.main import run
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_tests
 from knittest.experiment.curves import load_curve
-from knittest.experiment.lab_conditions import Said
-from knittest.experiment.lab_tests import looks_like
+from knittest.experiment.lab_conditions import StatedDirection
+from knittest.experiment.lab_tests import recognise_test
 from knittest.experiment.statistics import Specimen
-from knittest.experiment.tables import published
+from knittest.experiment.tables import published_rows
 from knittest.laboratory.tensile.lab_files import LAB, summary_lines
 
 SHARE = np.linspace(0.0, 1.0, 50)
@@ -33,7 +33,7 @@ def specimens(width=50.0):
 
 def rows(out, direction="warp"):
     names = ("peak_force_n", "fracture_strain_pct", "strip_width_mm", "gauge_length_mm")
-    return published(out, out.name, direction, names)
+    return published_rows(out, out.name, direction, names)
 
 
 def test_an_import_is_an_experiment_with_table_source_and_curves(tmp_path):
@@ -131,7 +131,7 @@ def test_an_import_replaces_only_what_an_import_wrote(tmp_path):
 
 
 def test_a_file_of_the_other_direction_is_refused_unless_the_option_is_trusted(tmp_path):
-    stated = [strip("s0", said=Said("weft", "a.csv:1")), strip("s1", 1.6, 6e3)]
+    stated = [strip("s0", said=StatedDirection("weft", "a.csv:1")), strip("s1", 1.6, 6e3)]
     refused(r"a\.csv:1 states weft, but --direction is warp", LAB.write, stated, tmp_path / "mine", "warp", ["a.csv"])
     LAB.write(stated, tmp_path / "mine", "warp", ["a.csv"], trusted=True)
     words = "has the same curves, imported as warp"
@@ -182,7 +182,7 @@ def test_a_file_without_a_head_is_known_by_its_name(tmp_path, capsys):
 
 @pytest.mark.parametrize("path", STRIPS, ids=lambda path: path.name)
 def test_strips_and_yarns_look_like_no_other_test(path):
-    assert len(STRIPS) == 16 and looks_like(path) == ""
+    assert len(STRIPS) == 16 and recognise_test(path) == ""
 
 
 def test_who_says_tensile_is_believed(tmp_path, capsys):

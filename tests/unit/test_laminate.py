@@ -8,8 +8,8 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.kernels.laws import hinge_force
-from knittest.materials.laminate import laminate, softened
-from knittest.models.from_stiffness import linear_laminate
+from knittest.materials.laminate import laminate, scale_membrane
+from knittest.models.sections import linear_laminate
 
 sys.path.append(str(Path(__file__).parents[1] / "verification"))
 from shell_cases import CURVES, fabric, per_width, toe_curve
@@ -84,13 +84,13 @@ def test_too_small_a_share_names_one_that_is_enough():
     """The outer layers alone may not be more than the share of the whole."""
     card = laminate(fabric(), per_width(CURVES))
     card = card._replace(outer=0.2 * card.slope[:, 0])
-    soft = softened(card, 1.0)
+    soft = scale_membrane(card, 1.0)
     tension = soft.slope[:, 0] + 2.0 * soft.outer
     least = float((2.0 * soft.outer / tension).max())
     with pytest.raises(InputError, match=r"--set rig\.membrane_share=[\d.]+") as refused:
-        softened(card, 0.99 * least)
+        scale_membrane(card, 0.99 * least)
     named = float(str(refused.value).rpartition("=")[2].split()[0])
-    assert least < named <= 1.2 * least + 0.01 and (softened(card, named).slope[:, 0] > 0.0).all()
+    assert least < named <= 1.2 * least + 0.01 and (scale_membrane(card, named).slope[:, 0] > 0.0).all()
 
 
 def test_layers_that_bend_more_than_the_membrane_can_are_refused_with_the_thickness_that_would_do():

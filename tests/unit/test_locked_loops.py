@@ -7,13 +7,13 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.solve import settled_cell
+from knittest.solve import relaxed_cell
 
 
 def at(draw_in: float, jams: float, restless: float) -> SimpleNamespace:
     """Cell of loops that sink in by 40 % of a radius beyond ``jams``, and find no rest beyond ``restless``."""
     return SimpleNamespace(
-        residual=0.12 if draw_in > restless else 0.004, depth=0.4 if draw_in > jams else 0.24, conforming=""
+        residual=0.12 if draw_in > restless else 0.004, depth=0.4 if draw_in > jams else 0.24, conformity_fault=""
     )
 
 
@@ -31,14 +31,14 @@ def run_of(draw_in: float) -> Run:
 def test_a_refusal_says_by_what_the_loops_are_called_locked(jams: float, restless: float, said: str, most: float):
     """The draw-in that would do is found to 0.05 %."""
     with pytest.raises(InputError, match=f"draw_in = 2 %: the loops lock: {said}; expected at most") as refused:
-        settled_cell._as_stated(run_of(2.0), lambda share: at(share, jams, restless))
+        relaxed_cell._cell_as_stated(run_of(2.0), lambda share: at(share, jams, restless))
     assert most - 0.05 <= float(str(refused.value).split()[-2]) <= most
 
 
 def test_loops_that_sink_in_as_the_gate_of_runs_allows_are_not_called_locked():
     """Whatever touches: 24 % of a radius, of 25."""
-    assert settled_cell._as_stated(run_of(2.0), lambda share: at(share, 9.0, 9.0)).depth == 0.24
+    assert relaxed_cell._cell_as_stated(run_of(2.0), lambda share: at(share, 9.0, 9.0)).depth == 0.24
     run = run_of(2.0)
     strict = run.model_copy(update={"solver": run.solver.model_copy(update={"max_penetration": 20.0})})
     with pytest.raises(InputError, match="by 24 % of the yarn radius"):
-        settled_cell._as_stated(strict, lambda share: at(share, 9.0, 9.0))
+        relaxed_cell._cell_as_stated(strict, lambda share: at(share, 9.0, 9.0))

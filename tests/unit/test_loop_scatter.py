@@ -6,12 +6,12 @@ import pytest
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.topology import draw
-from knittest.laboratory.base import Prepared
-from knittest.laboratory.strips import cut
+from knittest.laboratory.base import PreparedSpecimen
+from knittest.laboratory.strips import cut_piece
 from knittest.models.meso import build_meso
-from knittest.runs.deck.write import not_expressed
+from knittest.runs.deck.deck_file import deck_differences
 
 SCATTERED = "fabric.knitting.loop_scatter=courses"
 
@@ -59,9 +59,9 @@ def test_a_length_without_a_stated_scatter_is_refused():
 def test_the_fabric_is_settled_and_each_held_course_has_its_own_length_at_rest():
     """A course of loops longer by 2 %, drawn in by 1 %, rests 0.99 x 1.02 as long as it lies; cut edges do not."""
     run = run_of(SCATTERED, "fabric.knitting.draw_in=1")
-    assert run_of(SCATTERED).fabric.knitting.settled and not run_of().fabric.knitting.settled
+    assert run_of(SCATTERED).fabric.knitting.starts_relaxed and not run_of().fabric.knitting.starts_relaxed
     relaxed_cell(run.fabric)
-    piece = cut(run, 4, 5)
+    piece = cut_piece(run, 4, 5)
     draws = piece.draws | {"knit": piece.draws["knit"].__class__(
         *(getattr(piece.draws["knit"], f) for f in ("fracture_strain", "slack", "amplitude", "weakest")),
         np.array([0.9, 1.02, 0.97, 1.0, 1.1]),
@@ -79,17 +79,17 @@ def test_the_fabric_is_settled_and_each_held_course_has_its_own_length_at_rest()
 
 
 def test_lengths_of_courses_are_in_the_table_of_yarns_where_they_scatter():
-    table = cut(run_of(SCATTERED), 3, 4).table
+    table = cut_piece(run_of(SCATTERED), 3, 4).table
     knit = table["system"] == "knit"
     assert table["loop_length_relative"][knit].std() > 0.0 and (table["loop_length_relative"][~knit] == 1.0).all()
-    assert "loop_length_relative" not in cut(run_of(), 3, 4).table
+    assert "loop_length_relative" not in cut_piece(run_of(), 3, 4).table
 
 
 def test_a_deck_says_that_it_leaves_the_scatter_out():
     run = run_of(SCATTERED)
-    piece = cut(run, 3, 4)
+    piece = cut_piece(run, 3, 4)
     model = build_meso(run, piece.paths, piece.draws)
-    told = "\n".join(not_expressed(run, Prepared(model, mount=None)))  # type: ignore[arg-type]
+    told = "\n".join(deck_differences(run, PreparedSpecimen(model, mount=None)))  # type: ignore[arg-type]
     assert "scatter of the loop length" in told
-    plain = build_meso(run_of(), cut(run_of(), 3, 4).paths, cut(run_of(), 3, 4).draws)
-    assert "scatter of the loop" not in "\n".join(not_expressed(run_of(), Prepared(plain, mount=None)))  # type: ignore[arg-type]
+    plain = build_meso(run_of(), cut_piece(run_of(), 3, 4).paths, cut_piece(run_of(), 3, 4).draws)
+    assert "scatter of the loop" not in "\n".join(deck_differences(run_of(), PreparedSpecimen(plain, mount=None)))  # type: ignore[arg-type]

@@ -9,18 +9,18 @@ import pytest
 from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.after_rest import (
+from knittest.laboratory.restart import (
     CONTACTS,
     DAMPING,
     KINETIC,
     LIMITS,
     SPEED,
-    at_result_speed,
     check_speed,
-    kept_speed,
-    row_check,
+    has_configured_speed,
+    make_row_check,
+    with_result_speed,
 )
-from knittest.runs.specimen import Lowered
+from knittest.runs.specimen import LoweredSpeed
 from knittest.solve.state import TooFastError
 
 ALL = tuple(LIMITS)
@@ -69,9 +69,9 @@ def test_no_restart_where_it_would_not_help(shares: dict[str, Any], restarts: tu
 
 
 def test_damping_lowers_the_speed_once() -> None:
-    assert Lowered(1.0).restarts == (KINETIC, DAMPING, CONTACTS)
-    assert Lowered(0.5).restarts == (KINETIC,)
-    assert Lowered(0.1).restarts == ()
+    assert LoweredSpeed(1.0).restarts == (KINETIC, DAMPING, CONTACTS)
+    assert LoweredSpeed(0.5).restarts == (KINETIC,)
+    assert LoweredSpeed(0.1).restarts == ()
 
 
 class State:
@@ -91,7 +91,7 @@ class State:
 )
 def test_rows_are_checked_from_the_first_angle_on(angle: float, kinetic: float, contacts: float, stops: bool) -> None:
     """Damping over the largest work so far, 2 mJ."""
-    check, state = row_check(frame(), ALL, "angle", 9.5), State(angle, kinetic, contacts)
+    check, state = make_row_check(frame(), ALL, "angle", 9.5), State(angle, kinetic, contacts)
     if stops:
         with pytest.raises(TooFastError):
             check(state)  # type: ignore[arg-type]
@@ -101,7 +101,7 @@ def test_rows_are_checked_from_the_first_angle_on(angle: float, kinetic: float, 
 
 def test_the_speed_of_results() -> None:
     run = frame()
-    assert at_result_speed(run, {SPEED: 1.5}).solver.speed == 1.5
-    assert at_result_speed(run, {}).solver.speed == run.solver.speed
-    assert kept_speed(run, {SPEED: run.solver.speed}) and kept_speed(run, {})
-    assert not kept_speed(run, {SPEED: np.nextafter(run.solver.speed, 0.0)})
+    assert with_result_speed(run, {SPEED: 1.5}).solver.speed == 1.5
+    assert with_result_speed(run, {}).solver.speed == run.solver.speed
+    assert has_configured_speed(run, {SPEED: run.solver.speed}) and has_configured_speed(run, {})
+    assert not has_configured_speed(run, {SPEED: np.nextafter(run.solver.speed, 0.0)})

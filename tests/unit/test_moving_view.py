@@ -18,15 +18,23 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame, History, Mesh
 from knittest.cli.main import run as command
 from knittest.export.meshes import write_frames
-from knittest.report_page.moving.page import MODULES, STEPS, THREE, Packer, packed_recording, view, whole_positions
+from knittest.report_page.moving.page import (
+    MODULES,
+    STEPS,
+    THREE,
+    Packer,
+    pack_recording,
+    quantise_positions,
+    write_view,
+)
 from knittest.report_page.moving.recording import (
     Recording,
-    diverging,
-    lab,
+    diverging_colours,
     read_recording,
     scale_of,
     scales_of,
-    sequential,
+    sequential_colours,
+    to_cielab,
 )  # fmt: skip
 
 MODULE = Path(MODULES["decode"])
@@ -84,7 +92,7 @@ def test_its_script_unpacks_the_same(tmp_path: Path) -> None:
     entries = [packer.add(values, width) for values, width, _ in arrays]
     calls = ", ".join(f"[...unpacked(data, entries[{k}], {kind})]" for k, (_, _, kind) in enumerate(arrays))
     script = f"""{MODULE.read_text(encoding="utf-8").replace("export ", "")}
-    const data = await inflated("{base64.b64encode(packer.deflated()).decode()}"), entries = {json.dumps(entries)};
+    const data = await inflated("{base64.b64encode(packer.deflate()).decode()}"), entries = {json.dumps(entries)};
     document.title = JSON.stringify([{calls}]);
     """
     page = tmp_path / "unpack.html"
@@ -112,13 +120,13 @@ def test_37000_nodes_in_20_frames_stay_below_3_mb() -> None:
     fields = {"axial_force": force[:, 1:], "axial_strain": force[:, 1:] / 46500}
     one = np.ones(nodes - 1)
     recording = Recording("beams", cells, one.astype(int) * 0, ("warp",), 0.3 * one, time, position, fields)
-    _, data = packed_recording(recording, scales_of(recording))
+    _, data = pack_recording(recording, scales_of(recording))
     assert 4 / 3 * len(data) < 3e6
 
 
 def test_one_step_holds_along_all_axes() -> None:
     position = np.array([[[0.0, 0.0, 0.0], [655.35, 0.1, -0.004]]])
-    values, low, step = whole_positions(position)
+    values, low, step = quantise_positions(position)
     assert step == pytest.approx(0.01)
     np.testing.assert_array_equal(values, [[[0, 0, 0], [65535, 10, 0]]])
     np.testing.assert_allclose(low, [0.0, 0.0, -0.004])
@@ -135,13 +143,13 @@ def test_a_scale_is_about_zero_where_both_signs_count() -> None:
     assert broken is not None and broken.largest == 1.0  # what is gone carries nothing
 
 
-@pytest.mark.parametrize("colours", [sequential(), diverging()])
+@pytest.mark.parametrize("colours", [sequential_colours(), diverging_colours()])
 def test_equal_steps_of_a_value_look_equally_far_apart(colours: list[str]) -> None:
     rgb = np.array([[int(c[k : k + 2], 16) for k in (1, 3, 5)] for c in colours]) / 255.0
-    every_eighth = np.linalg.norm(np.diff(lab(rgb)[::8], axis=0), axis=1)
+    every_eighth = np.linalg.norm(np.diff(to_cielab(rgb)[::8], axis=0), axis=1)
     assert every_eighth.std() < 0.27 * every_eighth.mean()  # viridis is uniform in a later space than CIELAB
-    assert np.linalg.norm(lab(rgb)[0] - lab(rgb)[-1]) > 50
-    known = lab(np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 1.0]]))
+    assert np.linalg.norm(to_cielab(rgb)[0] - to_cielab(rgb)[-1]) > 50
+    known = to_cielab(np.array([[1.0, 0.0, 0.0], [1.0, 1.0, 1.0]]))
     np.testing.assert_allclose(known, [[53.24, 80.09, 67.20], [100.0, 0.0, 0.0]], atol=0.05)
 
 
@@ -179,17 +187,17 @@ def test_damaged_frames_are_refused_by_name(tmp_path: Path, damage: str) -> None
     else:
         collection.write_text(collection.read_text().replace("frames/frame-0001", "../frame-0001"))
     with pytest.raises(InputError, match="frame-0001"):
-        view(folder)
+        write_view(folder)
 
 
 def test_a_refused_run_says_so_and_frames_can_be_fewer(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", failures=("kinetic energy 12 % of the internal",))
     write_frames(folder, shell_history())
-    text = view(folder, 2).read_text(encoding="utf-8")
+    text = write_view(folder, 2).read_text(encoding="utf-8")
     assert "Not compared with the experiment: kinetic energy 12 %" in text
     assert parts(folder / "view.html")[0]["position"]["shape"][0] == 2
     with pytest.raises(InputError, match="at least 2"):
-        view(folder, 1)
+        write_view(folder, 1)
 
 
 @needs_browser
@@ -224,7 +232,7 @@ def test_a_yarn_covers_what_a_round_tube_with_round_ends_covers(tmp_path: Path) 
     ends = np.array([[0.0, 0.0, 0.0], [length, 0.0, 0.0]])
     frames = [Frame(t, t, 1.0, ends, {"axial_force": np.array([5.0]), "alive": np.ones(1)}) for t in (0.0, 1.0)]
     write_frames(folder, History(mesh, curve(1.0), energies(("warp",)), frames))
-    _, shot = drawn(tmp_path, f"{view(folder).as_uri()}#look=top", f"{wide},700")
+    _, shot = drawn(tmp_path, f"{write_view(folder).as_uri()}#look=top", f"{wide},700")
     pixel = 1.08 * (length + 2 * radius) / wide
     covered = np.sum(np.ptp(shot[250:-250], axis=2) > 0.05) * pixel**2
     outline = 2 * length + 2 * np.pi * radius
@@ -236,13 +244,13 @@ def test_the_report_beside_a_view_links_to_it_and_a_page_of_others_is_left_alone
     write_frames(folder, beam_history())
     report, link = folder / "report.html", 'href="view.html"'
     assert command(["report", str(folder)]) == 0 and link not in report.read_text(encoding="utf-8")
-    view(folder)
+    write_view(folder)
     assert link in report.read_text(encoding="utf-8")
     elsewhere = tmp_path / "elsewhere.html"
     assert command(["report", str(folder), "--out", str(elsewhere)]) == 0
     assert link not in elsewhere.read_text(encoding="utf-8")
     report.write_text("mine")
-    view(folder)
+    write_view(folder)
     assert report.read_text() == "mine"
 
 

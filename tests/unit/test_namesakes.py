@@ -7,8 +7,8 @@ import pytest
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir, data_dir
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
+from knittest.config.yaml_writer import dump
 
 CURVE = "pham2019/curves/tensile-v1-warp.csv"
 

@@ -11,7 +11,7 @@ from knittest.base.history import Quality
 from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.experiment.origin import quantities
-from knittest.laboratory.base import cut_curve_warnings, fabric_laminate, reaches, tension_curves
+from knittest.laboratory.base import curve_coverages, cut_curve_warnings, fabric_laminate, tension_curves
 from knittest.runs import specimen
 
 STRAIN = {"warp": 2.31, "weft": 1.9}
@@ -89,7 +89,7 @@ def test_what_was_not_imported_of_the_card_of_the_shells_is_left_out_unless_ther
     part = "".join(line for line in whole.splitlines(keepends=True) if "shear" not in line)
     (imported / "fabric.yaml").write_text(part)
     assert run(["new", "mine", "--from", "data/mine"]) == 0
-    assert shells().fabric.macro.missing == ("shear",)
+    assert shells().fabric.macro.missing_card_parts == ("shear",)
     light = (
         part + "area_mass: {value: 100, source: measured, ref: x}\nthickness: {value: 0.5, source: measured, ref: x}\n"
     )
@@ -207,7 +207,7 @@ def test_a_curve_of_another_fabric_may_be_cut_by_its_assumed_strain(imported):
 def test_the_share_that_is_lost_is_that_of_the_curve(imported):
     own_curve_beside(imported, "{value: 1.155, source: user}")
     fabric = shells().fabric
-    warp, weft = reaches(fabric, tension_curves(fabric))
+    warp, weft = curve_coverages(fabric, tension_curves(fabric))
     assert (warp.direction, warp.end, warp.is_cut, weft.is_cut, weft.lost) == ("warp", 2.31, True, False, 0.0)
     assert warp.lost == pytest.approx(1 - 30 / 80)
 

@@ -10,8 +10,16 @@ from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.config.presets import PRESETS
 from knittest.config.run import RUNS
-from knittest.laboratory.halving import diagnostic
-from knittest.laboratory.numerical_error import SHELLS, YARNS, Repeat, mesh_factor, numerical_errors, remeshing, sides
+from knittest.laboratory.halved_setting import diagnostic_results
+from knittest.laboratory.numerical_error import (
+    SHELLS,
+    YARNS,
+    Repeat,
+    mesh_factor,
+    numerical_errors,
+    remesh,
+    sheet_sides,
+)
 
 EXACT, INERTIA, COARSENESS = 100.0, 2.0, 0.5
 
@@ -73,7 +81,7 @@ def test_an_error_that_cannot_be_told_is_none_with_the_reason(
 
 
 def test_what_says_how_well_a_run_went_has_no_error() -> None:
-    results = dict.fromkeys((*diagnostic(), "overhang_mm"), 1.0)
+    results = dict.fromkeys((*diagnostic_results(), "overhang_mm"), 1.0)
     assert list(numerical_errors(results, Repeat(results), Repeat(results), 2.0, False)) == ["overhang_mm"]
 
 
@@ -100,7 +108,7 @@ def test_every_preset_of_every_test_has_another_mesh_within_the_bounds(test: str
     for preset in PRESETS:
         for variant, direction in (("1", "warp"), ("2", "weft")):
             run = chosen(test, scale, preset, variant, direction=direction)
-            found = remeshing(run)
+            found = remesh(run)
             assert RUNS[test].model_validate(found.other.model_dump()) == found.other
             low, high = SHELLS if scale == "macro" else YARNS
             assert low - 1e-9 <= found.ratio <= high
@@ -109,7 +117,7 @@ def test_every_preset_of_every_test_has_another_mesh_within_the_bounds(test: str
             assert found.finer == ((test, scale, preset) in FINER or (test, scale, "any") in FINER)
             if scale == "macro":
                 size = found.other.model.macro.element_size
-                along, across = (side / size for side in sides(run))
+                along, across = (side / size for side in sheet_sides(run))
                 assert across == pytest.approx(round(across))
                 assert abs(along - round(along)) < 0.05 * along
                 longer = size / run.model.macro.element_size
@@ -120,7 +128,7 @@ def test_every_preset_of_every_test_has_another_mesh_within_the_bounds(test: str
 def test_the_models_have_as_many_shells_as_the_ratio_says(test: str) -> None:
     from knittest.runs.specimen import prepare
 
-    found = remeshing(chosen(test, "macro"))
+    found = remesh(chosen(test, "macro"))
     shells, other = (len(prepare(run).model.mesh.cells) for run in (found.run, found.other))
     # rows in clamps and the two of the friction strip's ends are not counted
     assert (shells / other) ** 0.5 == pytest.approx(found.ratio, rel=0.04)
@@ -136,7 +144,7 @@ def test_the_models_have_as_many_shells_as_the_ratio_says(test: str) -> None:
     ],
 )
 def test_a_strip_of_few_shells_is_made_finer(sets: list[str], other: str, finer: bool) -> None:
-    found = remeshing(chosen("tensile", "macro", sets=sets))
+    found = remesh(chosen("tensile", "macro", sets=sets))
     assert (found.other_value, found.finer) == (other, finer)
 
 
@@ -146,18 +154,18 @@ def test_a_strip_of_few_shells_is_made_finer(sets: list[str], other: str, finer:
 )
 def test_beams_stay_even_and_within_their_bounds(loop: int, wave: int, other: str, finer: bool) -> None:
     sets = [f"model.meso.elements_per_loop={loop}", f"model.meso.elements_per_wave={wave}"]
-    found = remeshing(chosen("tensile", "meso", sets=sets))
+    found = remesh(chosen("tensile", "meso", sets=sets))
     assert (found.other_value, found.finer) == (other, finer)
 
 
 def test_length_and_width_need_not_fit_alike_for_a_near_mesh() -> None:
     """22.5 by 5 shells: 14 by 3 rather than 9 by 2, 2.4 times as large."""
-    found = remeshing(chosen("tensile", "macro", sets=["rig.gauge_length=225"]))
-    assert found.other_value == "16.7 mm" and remeshing(found.run, finer=True).other_value == "6.25 mm"
+    found = remesh(chosen("tensile", "macro", sets=["rig.gauge_length=225"]))
+    assert found.other_value == "16.7 mm" and remesh(found.run, finer=True).other_value == "6.25 mm"
 
 
 def test_where_no_mesh_fits_it_says_so() -> None:
     with pytest.raises(InputError, match="no other mesh fits"):
-        remeshing(
+        remesh(
             chosen("tensile", "macro", sets=["rig.width=7.4", "rig.gauge_length=2000", "model.macro.element_size=5"])
         )

@@ -7,7 +7,7 @@ from html_page import HtmlPage
 from report_sample import write_run
 
 from knittest.config.loading import resolve
-from knittest.config.starting import fabric_template, taken_over
+from knittest.config.templates import copy_as_assumed, fabric_template
 from knittest.experiment.curves import ReferenceCurve
 from knittest.laboratory import strips
 from knittest.laboratory.report_base import REPORTS, run_stamp, title_of
@@ -38,7 +38,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     like = resolve(variant="1", parameters="as-measured").fabric
     (tmp_path / "configs").mkdir()
-    (tmp_path / "configs/mine.yaml").write_text(fabric_template(taken_over(like, "mine"), like.name))
+    (tmp_path / "configs/mine.yaml").write_text(fabric_template(copy_as_assumed(like, "mine"), like.name))
     (tmp_path / "data/mine").mkdir(parents=True)
     (tmp_path / "data/mine/results.csv").write_text(TABLE)
     (tmp_path / "data/mine-warp.csv").write_text(CURVE)
@@ -153,5 +153,7 @@ def test_the_yarns_are_announced_as_laid_out_after_the_cell_was_relaxed(own: Pat
             phases.append(text)
 
     with pytest.raises(Reached):
-        strips.cut(resolve(test="tensile", variant="1", scale="meso", direction="warp"), 2, 2, observer=Listener())
+        strips.cut_piece(
+            resolve(test="tensile", variant="1", scale="meso", direction="warp"), 2, 2, observer=Listener()
+        )
     assert phases == ["generating the yarns"]

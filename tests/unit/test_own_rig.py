@@ -16,23 +16,23 @@ from knittest.base.history import History, Specimen
 from knittest.base.result_rows import assumed_inputs as inputs_told
 from knittest.base.result_rows import result_rows
 from knittest.cli.main import run
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.experiment.lab_table import Given
+from knittest.config.yaml_writer import dump
+from knittest.experiment.lab_table import ReadOptions
 from knittest.experiment.origin import assumed_inputs, row_kind
 from knittest.laboratory.cantilever.lab_files import LAB as CANTILEVER
 from knittest.laboratory.cantilever.test import given_overhang
 from knittest.laboratory.friction.lab_files import LAB as FRICTION
-from knittest.laboratory.given_data import own_curves
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.picture_frame.report import NORMALISED_LABEL
-from knittest.laboratory.report_base import TESTS, completed, run_stamp, scatter
+from knittest.laboratory.reference_curves import own_curves
+from knittest.laboratory.report_base import TESTS, run_stamp, scatter_bands, with_estimates
 from knittest.materials.trellis import NORMALISED, crosshead_force
-from knittest.report_page.curves import curve as page_curve
-from knittest.report_page.loading import load_run
+from knittest.report_page.curves import curve_section as page_curve
+from knittest.report_page.loaded_run import load_run
+from knittest.runs.preflight.measured_counterparts import test_counterparts as of_tests
 from knittest.runs.preflight.model import rig_lines
-from knittest.runs.preflight.of_tests import test_counterparts as of_tests
-from knittest.runs.writing import judge, references_of
+from knittest.runs.run_files import compare_run, references_of
 
 OUT = Path("data/mine")
 
@@ -48,12 +48,12 @@ def rubbed(place, direction, mu, static=None, head="Normalkraft;500;N\nPlattenl�
     """Import a pull of two faces at 500 N, whose coefficients of a face are ``mu`` and ``static``."""
     top = mu if static is None else static
     path = friction_file(place / f"friction-{direction}.csv", 1000.0 * mu, 1000.0 * top, head=head)
-    FRICTION.write(FRICTION.read(path, Given()), OUT, direction, [path.name])
+    FRICTION.write(FRICTION.read(path, ReadOptions()), OUT, direction, [path.name])
 
 
 def sheared(place, end=36.04, side=200.0, fabric=170.0):
     path = frame_file(place / "frame.csv", side, fabric, end)
-    FRAME_LAB.write(FRAME_LAB.read(path, Given()), OUT, "", [path.name])
+    FRAME_LAB.write(FRAME_LAB.read(path, ReadOptions()), OUT, "", [path.name])
 
 
 def mine(test, **asked):
@@ -168,7 +168,7 @@ def test_a_frame_stands_beside_its_import(place):
     """Force of the crosshead in the same frame, and the corridor as an input of the shells' law."""
     for k, stiffness in enumerate((0.09, 0.11)):
         frame_file(place / f"{k}.csv", 200.0, 170.0, 36.04, stiffness=stiffness)
-    FRAME_LAB.write([FRAME_LAB.read(place / f"{k}.csv", Given())[0] for k in (0, 1)], OUT, "", ["0.csv", "1.csv"])
+    FRAME_LAB.write([FRAME_LAB.read(place / f"{k}.csv", ReadOptions())[0] for k in (0, 1)], OUT, "", ["0.csv", "1.csv"])
     assert run(["new", "mine", "--from", "data/mine"]) == 0
     found = references_of(mine("picture-frame"), ())
     rows, gamma = {row.quantity: row for row in found.rows}, np.deg2rad(20.0)
@@ -176,8 +176,8 @@ def test_a_frame_stands_beside_its_import(place):
     assert crosshead.mean == pytest.approx(crosshead_force(0.1 * gamma, gamma, 170.0, 200.0), rel=1e-3)
     assert crosshead.scaled == "" and rows[f"{NORMALISED}_at_deg.20"].unit == "N/mm"
     assert (found.curve.kind, found.curve.y_name) == ("input", NORMALISED) and found.curve.sd is not None
-    assert [band.label for band in scatter(found.curves)] == ["input, ± sd"]
-    beside = scatter(found.curves)[0]
+    assert [band.label for band in scatter_bands(found.curves)] == ["input, ± sd"]
+    beside = scatter_bands(found.curves)[0]
     assert beside.high - beside.low == pytest.approx(2.0 * found.curve.sd)
     yarns = references_of(mine("picture-frame", scale="meso"), ())
     assert yarns.curve.kind == "measured"  # which no shell was given
@@ -219,10 +219,10 @@ def tested(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = friction_file(tmp_path / "friction.csv", 180.0, 220.0, head="Normalkraft;1000;N\nPlattenlänge;100;mm\n"
                          "Plattenbreite;40;mm\n")  # fmt: skip
-    FRICTION.write(FRICTION.read(path, Given()), OUT, "weft", [path.name])
+    FRICTION.write(FRICTION.read(path, ReadOptions()), OUT, "weft", [path.name])
     bent = tmp_path / "bent.csv"
     bent.write_text("overhang [mm]\n164\n168\n")
-    sizes = Given(sizes={"area_mass_g_m2": 800.0, "strip_width_mm": 25.0})
+    sizes = ReadOptions(sizes={"area_mass_g_m2": 800.0, "strip_width_mm": 25.0})
     CANTILEVER.write(CANTILEVER.read(bent, sizes), OUT, "warp", [bent.name])
     assert run(["new", "mine", "--from", str(OUT)]) == 0
 
@@ -232,7 +232,7 @@ def judged(one):
     results = {"mu_paper": 0.18, "pull_force_kinetic_n": 180.0, "normal_force_error_pct": 0.1}
     columns = {name: np.linspace(0.0, 1.0, 9) for name in ("displacement_mm", "pull_force_n")}
     specimen = Specimen(History(strip(2, 2)[0], columns, {}, []), results, quality(), cost(), {})
-    return judge(one, [specimen], references_of(one, ())).summary
+    return compare_run(one, [specimen], references_of(one, ())).summary
 
 
 def test_friction_of_the_untested_direction_is_assumed_where_it_is_shown(tested, tmp_path):
@@ -263,7 +263,7 @@ def test_tools_of_forming_know_where_their_friction_is_from(tested):
     assert TAKEN in inputs_told(summary, result_rows(summary, refused=False))
     path = friction_file(Path("other.csv"), 220.0, 220.0, head="Normalkraft;1000;N\nPlattenlänge;100;mm\n"
                          "Plattenbreite;40;mm\n")  # fmt: skip
-    FRICTION.write(FRICTION.read(path, Given()), OUT, "warp", [path.name])
+    FRICTION.write(FRICTION.read(path, ReadOptions()), OUT, "warp", [path.name])
     assert run(["new", "both", "--from", str(OUT)]) == 0
     both = mine("forming", variant="both")
     assert both.rig.kinetic_coefficient == pytest.approx(0.1, rel=1e-3)
@@ -316,7 +316,7 @@ def test_bending_of_the_untested_direction_is_that_of_the_other_and_assumed(test
     assert "macro.bending_stiffness.weft" not in Path("configs/mine.yaml").read_text()  # not among the imported
     assert row_kind(weft, "bending_stiffness_eq2_n_mm_per_width") == "assumed"
     assert assumed_inputs(weft) == ("macro.bending_stiffness.weft",)
-    (found,) = completed([mine("cantilever", direction="weft")], quiet=True)
+    (found,) = with_estimates([mine("cantilever", direction="weft")], quiet=True)
     assert given_overhang(found) == 166.0
 
 

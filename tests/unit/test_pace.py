@@ -67,7 +67,7 @@ def test_it_is_tried_again_when_the_machine_has_changed_and_costs_little():
         seen += run(machine, pace, 1)
     assert max(PAUSE, spent / SHARE) <= machine.time - spent < max(PAUSE, spent / SHARE) + 0.2
     assert run(machine, pace, TRIES + 3)[-1] == 2
-    assert pace.usual == 1
+    assert pace.usual_threads == 1
 
 
 def test_chunks_of_other_lengths_are_compared_by_the_step():
@@ -86,4 +86,4 @@ def test_one_thread_is_one():
     machine = Machine(_1=1e-3)
     pace = Pace(1, machine)
     assert run(machine, pace, 5) == [1] * 5
-    assert pace.usual == 1
+    assert pace.usual_threads == 1

@@ -10,17 +10,17 @@ from test_lab_import import specimens
 
 from knittest.base.errors import InputError
 from knittest.cli.main import run
-from knittest.experiment.compare import compare_results
-from knittest.experiment.lab_table import Given
+from knittest.experiment.comparison import compare_results
+from knittest.experiment.lab_table import ReadOptions
 from knittest.laboratory.picture_frame.lab_files import LAB as FRAME_LAB
 from knittest.laboratory.tensile.lab_files import LAB as TENSILE
 from knittest.report_page.blocks import Table
 from knittest.report_page.files import ComparedRow
 from knittest.report_page.folders import find_runs
-from knittest.report_page.loading import load_run
+from knittest.report_page.loaded_run import load_run
 from knittest.report_page.parameters import parameters
 from knittest.report_page.results import results
-from knittest.runs.writing import references_of
+from knittest.runs.run_files import references_of
 
 OUT = Path("data/mine")
 
@@ -30,7 +30,7 @@ def folder(tmp_path, monkeypatch):
     """A run of shells of a fabric with strips of 25 mm along the warp and a frame of its own."""
     monkeypatch.chdir(tmp_path)
     TENSILE.write(specimens(25.0), OUT, "warp", ["a.csv", "b.csv"])
-    FRAME_LAB.write(FRAME_LAB.read(frame_file(tmp_path / "frame.csv"), Given()), OUT, "", ["frame.csv"])
+    FRAME_LAB.write(FRAME_LAB.read(frame_file(tmp_path / "frame.csv"), ReadOptions()), OUT, "", ["frame.csv"])
     assert run(["new", "mine", "--from", str(OUT)]) == 0
     return write_run(tmp_path / "r", variant="mine")
 

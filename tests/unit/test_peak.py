@@ -7,11 +7,11 @@ import pytest
 
 from knittest.base.history import History
 from knittest.config.loading import resolve
-from knittest.laboratory.judging import _more_rows
+from knittest.laboratory.quality_checks import _advise_more_rows
 from knittest.laboratory.tensile.test import unresolved_peak
 from knittest.runs.checkpoints import specimen_of, specimen_state
 from knittest.runs.specimen import prepare
-from knittest.solve.simulate import is_new_peak, simulate
+from knittest.solve.simulation import is_new_peak, simulate
 
 #: shells that tear at once, and yarns that break one by one
 SETS = {
@@ -30,7 +30,7 @@ def pulled(scale: str, direction: str = "warp") -> History:
 def test_the_frame_shows_the_largest_force_and_nothing_torn_by_it(scale, direction):
     history = pulled(scale, direction)
     top = int(np.argmax(history.curve["force_n"]))
-    frame = history.at_peak
+    frame = history.peak_frame
     assert history.first_failure is not None
     assert frame.force >= 0.99 * history.curve["force_n"][top] and frame.force <= history.curve["force_n"][top]
     assert np.count_nonzero(frame.fields["alive"] <= 0.0) == 0  # here the first break is the peak
@@ -90,5 +90,5 @@ def test_more_rows_come_of_samples_or_else_of_a_longer_test(sets, ramp_ms, setti
     times = 0.2 + share * np.linspace(0.25, 1.0, 4)
     history = SimpleNamespace(energies={"time_ms": np.append(0.2, times)})
     prepared = SimpleNamespace(duration=1.0, model=SimpleNamespace(chunk=20))
-    found = _more_rows(run, prepared, history, SimpleNamespace(time_step=2.5e-4), slice(1, 5))
+    found = _advise_more_rows(run, prepared, history, SimpleNamespace(time_step=2.5e-4), slice(1, 5))
     assert found == setting

@@ -7,7 +7,7 @@ from plain import plain
 
 from knittest.kernels.contact import SCRATCH, contact_force, penalty
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
-from knittest.kernels.contact_gather import walk
+from knittest.kernels.contact_gather import move_to_next_piece
 from knittest.kernels.state import ContactLaw
 
 REACH, DT = 1.0, 1e-4
@@ -168,7 +168,7 @@ def test_a_contact_passes_to_the_next_piece_where_the_yarn_goes_on(side, start, 
     other = contacts.piece[1 - side, 0], contacts.parameter[1 - side, 0]
     alive = np.ones(7)
     alive[list(broken)] = 0.0
-    plain(walk)(0, 1, DT, crossing.nodes, contacts, alive)
+    plain(move_to_next_piece)(0, 1, DT, crossing.nodes, contacts, alive)
     assert contacts.piece[side, 0] == end and contacts.parameter[side, 0] == pytest.approx(left)
     assert (contacts.piece[1 - side, 0], contacts.parameter[1 - side, 0]) == other
 
@@ -182,7 +182,7 @@ def test_a_contact_that_passes_on_remembers_how_its_new_piece_lay_one_step_ago(s
     nodes.velocity[:] = np.random.default_rng(3).standard_normal((3, 7)) * 0.01 / DT
     contacts.piece[side, 0], contacts.parameter[side, 0] = 3, parameter
     kept = tangents[1 - side].copy()
-    plain(walk)(0, 1, DT, nodes, contacts, np.ones(7))
+    plain(move_to_next_piece)(0, 1, DT, nodes, contacts, np.ones(7))
     i, s = contacts.piece[side, 0], contacts.parameter[side, 0]
     before = (nodes.position - DT * nodes.velocity)[:, i - 1 : i + 2]
     assert tangents[side][:, 0] == pytest.approx(np.diff(before) @ [1.0 - s, s], abs=1e-12)

@@ -10,12 +10,12 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.optimize import minimize
 
 from knittest.base.errors import InputError
-from knittest.kernels.along import MOST, Pieces, mark_found
 from knittest.kernels.contact import SCRATCH, penalty
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
+from knittest.kernels.line_contact import MOST, Pieces, mark_found
 from knittest.kernels.section_blocks import COLUMNS, mark_ellipses, place_ellipses, turn_sections
 from knittest.kernels.state import ContactLaw
-from knittest.models.natural_state import conformity, refuse_conforming
+from knittest.models.natural_state import check_conformity, conformity
 
 DT = 1e-4
 SMOOTH = ContactLaw(200.0, 0.0, 0.0, 0.0, 0.0, 0.5, 0.2, 0.1, 0.3)
@@ -290,12 +290,12 @@ def test_a_section_along_which_a_loaded_loop_bends_is_refused_with_a_ratio_that_
     with pytest.raises(
         InputError, match=r"yarn 0 and yarn 1 bend around a section 1.8 times .* expected at most about 1.25"
     ) as said:
-        refuse_conforming(tracker, position)
+        check_conformity(tracker, position)
     most = float(str(said.value).split("at most about ")[1])
     assert conformity(*bent_over(most, 0.1))[0] < 0.9 * conformity(tracker, position)[0]
-    refuse_conforming(*bent_over(most, 0.1))
-    refuse_conforming(*bent_over(1.5, 0.1))  # nearly along it: the nearest place is one
-    refuse_conforming(*bent_over(1.8, 0.0, settled=False))  # nothing presses
+    check_conformity(*bent_over(most, 0.1))
+    check_conformity(*bent_over(1.5, 0.1))  # nearly along it: the nearest place is one
+    check_conformity(*bent_over(1.8, 0.0, settled=False))  # nothing presses
 
 
 def test_a_contact_that_runs_along_a_yarn_that_swings_closes_by_what_both_do_together():

@@ -9,7 +9,7 @@ from plain import plain
 from scipy.integrate import quad
 from test_plain_ellipses import SMOOTH, Pair, along
 
-from knittest.kernels.flatten import DROVE, HIGH, LENGTH, MOVED, PRODUCT, PULL, flatten, reshape, squeeze
+from knittest.kernels.flattening import DROVE, HIGH, LENGTH, MOVED, PRODUCT, PULL, flatten, reshape, squeeze
 from knittest.models.natural_state import shape_energy, shapes_at_rest
 
 HIGH0, WIDE0, MODULUS = 0.35, 0.7, 5.0

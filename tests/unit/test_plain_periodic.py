@@ -13,9 +13,9 @@ from knittest.kernels.state import CURVATURE, LATTICE
 from knittest.kernels.vec import read_tables
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.crossings import crossings
-from knittest.models.natural_state import turned_further
+from knittest.models.natural_state import rotate_quaternions
 from knittest.models.periodic import build_periodic
-from knittest.models.periodic_model import PeriodicModel, beyond
+from knittest.models.periodic_model import PeriodicModel, missing_image
 from knittest.models.tool import constant
 from knittest.pose import PeriodicBody, PeriodicChain, YarnContact, round_section
 
@@ -67,7 +67,7 @@ def shaken(model: PeriodicModel) -> None:
     """Move and turn the nodes of the cell, and close the contacts."""
     rng, n, own = np.random.default_rng(2), model.n_nodes, np.flatnonzero(model.owned)
     model.nodes.position[:, own] += 0.01 * rng.standard_normal((3, len(own)))
-    turned = turned_further(model.nodes.rotation[:, own].T, 0.05 * rng.standard_normal((len(own), 3)))
+    turned = rotate_quaternions(model.nodes.rotation[:, own].T, 0.05 * rng.standard_normal((len(own), 3)))
     model.nodes.rotation[:, own] = turned.T
     assert n > len(own)
 
@@ -75,7 +75,7 @@ def shaken(model: PeriodicModel) -> None:
 def set_lattice(model: PeriodicModel, lattice: np.ndarray) -> None:
     """Bring lattice and images to ``lattice`` (7,), and the contacts to their closest points."""
     model.images.lattice[:] = lattice
-    plain(periodic.follow)(DT, model.nodes, model.images)
+    plain(periodic.move_images)(DT, model.nodes, model.images)
     contacts, count = model.tracker.contacts, model.tracker.count
     scratch = np.zeros(contact_scratch.SCRATCH)
     for _ in range(12):
@@ -159,7 +159,7 @@ def test_images_move_as_their_positions_and_rotations_say():
     nodes.position[:, own] += DT * nodes.velocity[:, own]
     set_lattice_by = lattice + DT * np.array([0.3, 0.1, 0.0, 0.2, -0.4, 0.0, 0.05])
     images.lattice[:] = set_lattice_by
-    plain(periodic.follow)(DT, nodes, images)
+    plain(periodic.move_images)(DT, nodes, images)
     assert pytest.approx((model.position() - before) / DT, abs=1e-9) == nodes.velocity[:, :-1].T
     turn = images.map[:, 6]
     assert images.map[:, 7] == pytest.approx((turn - np.array([0.2 * _arc(t, lattice) for t in images.times])) / DT)
@@ -176,14 +176,14 @@ def _arc(times, lattice):
 
 def _map(images, k):
     row, axis = images.map[k], images.axes[2]
-    return lambda x: np.array(plain(periodic._about)(tuple(axis), row[8], row[9], tuple(x))) + row[:3]
+    return lambda x: np.array(plain(periodic._rotate_about)(tuple(axis), row[8], row[9], tuple(x))) + row[:3]
 
 
 def test_the_start_is_its_own_image_where_yarns_are_not_set_too():
     """Rotations of yarns bent from straight differ by what a period turns: that stays between image and master."""
     model = model_of(wavy(degree_of_set=0.3))
     place, rotation = model.position(), model.nodes.rotation.copy()
-    plain(periodic.follow)(DT, model.nodes, model.images)
+    plain(periodic.move_images)(DT, model.nodes, model.images)
     assert model.position() == pytest.approx(place, abs=1e-12)
     assert model.nodes.rotation == pytest.approx(rotation, abs=1e-12)
 
@@ -228,7 +228,9 @@ def test_each_crossing_counts_once_wherever_the_cell_is_cut(repeats, across):
     shaken(model)
     parts = model.beam_energies()
     assert min(v.max() for v in parts.values()) > 1e-3
-    assert sum(v.sum() for v in parts.values()) == pytest.approx(float(model.stored().internal.sum()), rel=1e-9)
+    assert sum(v.sum() for v in parts.values()) == pytest.approx(
+        float(model.stored_energies().internal.sum()), rel=1e-9
+    )
 
 
 def test_a_lattice_without_an_area_and_a_number_moved_twice_are_refused():
@@ -244,9 +246,9 @@ def test_a_lattice_without_an_area_and_a_number_moved_twice_are_refused():
 
 def test_yarns_that_reach_where_no_image_is_are_named():
     """With images of the next nodes alone, the yarn across has none where it will touch; by default it has."""
-    assert beyond(model_of(wavy())) == ""
+    assert missing_image(model_of(wavy())) == ""
     model = PeriodicBody.of_cell(wavy(), [A, B], CONTACT, ("a", "b"), halo=0.0).cell
-    assert "; increase rig.slide" in beyond(model) and "rig.slide" in model.diagnose(DT)
+    assert "; increase rig.slide" in missing_image(model) and "rig.slide" in model.diagnose(DT)
 
 
 @pytest.mark.parametrize(("shrink", "slide"), [(0.5, 2.0), (1.0, 2.0), (1.0, 9.0)])

@@ -6,8 +6,8 @@ from contact_cases import contacts_of
 from plain import plain
 from scipy.spatial.transform import Rotation
 
-from knittest.kernels.along import predecessor
-from knittest.kernels.contact import BESIDE, POINT
+from knittest.kernels.contact import POINT, SIDE_BY_SIDE
+from knittest.kernels.line_contact import predecessor
 from knittest.kernels.pair_search import crossing
 from knittest.kernels.search import _add_contact
 from knittest.kernels.state import Contacts
@@ -141,5 +141,5 @@ def test_a_line_has_one_heir_that_of_its_own_pieces():
     assert taken.all()
     assert found(1, 4) == -1
     taken[:], kept.line[0] = False, POINT
-    assert found(1, 4, BESIDE) == 0
+    assert found(1, 4, SIDE_BY_SIDE) == 0
     assert found(1, 4) == -1

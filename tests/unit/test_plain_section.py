@@ -9,7 +9,7 @@ from contact_cases import derivative
 from plain import plain
 from scipy.optimize import minimize
 
-from knittest.kernels.section import rounding, support, touch
+from knittest.kernels.section import closest_sections, rounding, support
 
 UP = np.array([0.0, 0.0, 1.0])
 WIDE, NARROW, ROUND = (1.05, 0.4), (0.9, 0.46), (0.25, 0.25)
@@ -53,7 +53,7 @@ def test_distance_is_that_of_the_surfaces(angle, first, second):
     for lean in rng.uniform(0.05, pi - 0.05, 4):
         away = np.array([0.0, cos(lean), sin(lean)]) * rng.uniform(1.0, 1.4)
         r = away * sum(max(h) for h in (first, second)) - 0.5 * u + 0.5 * v
-        _, _, n, depth = plain(touch)(tuple(r), tuple(u), tuple(v), section(first), section(second), np.inf)
+        _, _, n, depth = plain(closest_sections)(tuple(r), tuple(u), tuple(v), section(first), section(second), np.inf)
         if depth > -0.02:
             continue
         seen += 1
@@ -73,13 +73,13 @@ def test_forces_along_the_normal_are_the_gradient_of_the_depth(angle, depth):
         v = 0.5 * np.array([cos(turn), sin(turn), 0.2 * rng.normal()])
         r = np.array([*rng.normal(0.0, 0.35, 2), 0.9])
         for _ in range(30):  # moved along z to the depth that is wanted
-            r[2] += plain(touch)(tuple(r), tuple(u), tuple(v), *pair, np.inf)[3] - depth
-        s, t, n, found = plain(touch)(tuple(r), tuple(u), tuple(v), *pair, np.inf)
+            r[2] += plain(closest_sections)(tuple(r), tuple(u), tuple(v), *pair, np.inf)[3] - depth
+        s, t, n, found = plain(closest_sections)(tuple(r), tuple(u), tuple(v), *pair, np.inf)
         assert found == pytest.approx(depth, abs=1e-6)
         at = np.array([r, u, v])
         for place, weight in ((0, -1.0), (1, -s), (2, t)):
             for axis in range(3):
-                depths = partial(lambda a: plain(touch)(*map(tuple, a), *pair, np.inf)[3], at)
+                depths = partial(lambda a: plain(closest_sections)(*map(tuple, a), *pair, np.inf)[3], at)
                 change = derivative(depths, at, (place, axis), 1e-6)
                 assert change == pytest.approx(weight * n[axis], abs=2e-5)
 

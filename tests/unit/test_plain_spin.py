@@ -5,7 +5,7 @@ import pytest
 from plain import plain
 from test_plain_contact import DT, REACH, SMOOTH, Crossing
 
-from knittest.kernels.along import MOST, Pieces
+from knittest.kernels.line_contact import MOST, Pieces
 from knittest.kernels.monitor import contact_statistics
 from knittest.kernels.search import find_contacts
 from knittest.kernels.spin import lever_of, shares_left

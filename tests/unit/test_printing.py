@@ -8,9 +8,19 @@ from matplotlib.image import imread
 from report_sample import write_run
 
 from knittest.base.errors import InputError
-from knittest.base.figure import MANY, Printing, Stamp, new_figure, printed, printing_of, save, stamped, vector
+from knittest.base.figure import (
+    MANY,
+    Printing,
+    Stamp,
+    new_figure,
+    parse_printing,
+    save,
+    use_printing,
+    use_stamp,
+    vector,
+)
 from knittest.cli.main import run
-from knittest.export.field_pictures import PlanField, fields_figure, on_grid, symmetric
+from knittest.export.field_pictures import PlanField, fields_figure, interpolate_on_grid, symmetric_colours
 from knittest.report_page.page import write_reports
 
 
@@ -22,7 +32,7 @@ def _figure(points: int = 10):
 
 
 def test_formats_and_pixels_that_were_asked_for(tmp_path):
-    with printed(Printing(("svg", "pdf"), 300)):
+    with use_printing(Printing(("svg", "pdf"), 300)):
         save(_figure(), tmp_path / "a.png")
     assert sorted(p.suffix for p in tmp_path.iterdir()) == [".pdf", ".png", ".svg"]
     assert imread(tmp_path / "a.png").shape[1] == 4 * 300
@@ -33,7 +43,7 @@ def test_formats_and_pixels_that_were_asked_for(tmp_path):
 
 def test_a_vector_picture_has_its_stamp_below_and_the_same_bytes_each_time():
     figure = _figure()
-    with stamped(Stamp(("one fact",), "refused", bad=True)):
+    with use_stamp(Stamp(("one fact",), "refused", bad=True)):
         first = vector(figure, "svg")
         assert vector(figure, "svg") == first
     wide, high = (float(v) for v in re.search(rb'width="([\d.]+)pt" height="([\d.]+)pt"', first).groups())
@@ -52,8 +62,8 @@ def test_what_no_picture_can_be_is_refused(capsys):
         (None, 10, "--dpi 10: expected 50 to 1200"),
     ):
         with pytest.raises(InputError, match=re.escape(words)):
-            printing_of(formats, dpi)
-    assert printing_of(" SVG, png,svg", 200) == Printing(("svg",), 200)
+            parse_printing(formats, dpi)
+    assert parse_printing(" SVG, png,svg", 200) == Printing(("svg",), 200)
     assert run(["tensile", "--variant", "1", "--no-pictures", "--format", "svg"]) == 2
     assert "leave out --no-pictures" in capsys.readouterr().err
 
@@ -66,7 +76,7 @@ def _plan(shift, more, n=21):
 def test_a_difference_is_taken_at_places_and_only_where_both_are_known():
     """Two linear fields on shifted places: 3 apart everywhere, and nothing beyond either."""
     x, y = np.linspace(-14, 14, 57), np.linspace(-9, 9, 37)
-    less = on_grid(_plan(2.0, 3.0), x, y) - on_grid(_plan(0.0, 0.0), x, y)
+    less = interpolate_on_grid(_plan(2.0, 3.0), x, y) - interpolate_on_grid(_plan(0.0, 0.0), x, y)
     known = np.isfinite(less)
     assert np.allclose(less[known], 3.0) and known.any()
     columns = x[known.any(axis=0)]
@@ -76,16 +86,18 @@ def test_a_difference_is_taken_at_places_and_only_where_both_are_known():
 def test_places_in_a_gap_are_not_known():
     field = _plan(0.0, 0.0)
     hole = np.abs(field.place).max(axis=1) > 4.0
-    found = on_grid(PlanField("hole", field.place[hole], field.value[hole]), np.array([0.0, 8.0]), np.array([0.0]))
+    found = interpolate_on_grid(
+        PlanField("hole", field.place[hole], field.value[hole]), np.array([0.0, 8.0]), np.array([0.0])
+    )
     assert np.isnan(found[0, 0]) and found[0, 1] == pytest.approx(8.0)
 
 
 def test_a_signed_scale_is_about_zero_and_says_which_end_is_cut():
     values = np.concatenate([np.full(50, -1.0), np.linspace(-1.0, 1.0, 900), np.full(49, 1.0), [50.0]])
-    norm, cut = symmetric(values)
+    norm, cut = symmetric_colours(values)
     assert norm.vmin == -norm.vmax and norm.vmax < 1.5 and cut == "max"
-    assert symmetric(-values)[1] == "min" and symmetric(np.array([1.0, np.nan]))[1] == "neither"
-    assert symmetric(np.concatenate([values, -values]))[1] == "both"
+    assert symmetric_colours(-values)[1] == "min" and symmetric_colours(np.array([1.0, np.nan]))[1] == "neither"
+    assert symmetric_colours(np.concatenate([values, -values]))[1] == "both"
 
 
 def test_fields_of_several_runs_share_one_scale():
@@ -124,7 +136,7 @@ def test_a_damaged_field_and_a_failed_picture_cost_the_page_nothing_else(tmp_pat
     def fails(png: bytes) -> str:
         raise OSError("encoder error")
 
-    monkeypatch.setattr("knittest.report_page.pictures.light", fails)
+    monkeypatch.setattr("knittest.report_page.pictures.compress_picture", fails)
     (tmp_path / "more").mkdir()
     page, _ = write_reports(forming_runs(tmp_path / "more"), tmp_path / "page.html")
     assert "cannot be drawn (encoder error)" in page.read_text()

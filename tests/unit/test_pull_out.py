@@ -14,16 +14,16 @@ from knittest.base.history import Frame, History, Mesh, Specimen
 from knittest.config.loading import resolve
 from knittest.config.studies import parse_calibration
 from knittest.config.yaml_loader import load_yaml
-from knittest.experiment.compare import compare_columns
+from knittest.experiment.comparison import compare_columns
 from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
-from knittest.experiment.tables import published
+from knittest.experiment.tables import published_rows
 from knittest.fabric.strip import YarnPath
 from knittest.laboratory.pull_out.lab_files import LAB, UNITS
-from knittest.laboratory.pull_out.sliding import SLIDES, sliding
-from knittest.laboratory.pull_out.test import REST, PullOut, PullOutTest, clamp_difference, nodes_of, with_tail
+from knittest.laboratory.pull_out.sliding import SLIDES, evaluate_sliding
+from knittest.laboratory.pull_out.test import REST, PullOut, PullOutTest, add_tail_travel, clamp_difference, nodes_of
 from knittest.laboratory.report_base import REPORTS
-from knittest.runs.writing import judge, references_of
+from knittest.runs.run_files import compare_run, references_of
 from knittest.studies.calibrate.targets import targets_of
 
 
@@ -42,9 +42,11 @@ def pulled(length: float, travel: float, friction: float, pitch: float = 4.0) ->
 
 
 def test_friction_of_a_crossing_from_a_force_that_falls_with_the_embedded_length():
-    found = sliding(pulled(40.0, 12.0, 0.05), 4.0)
+    found = evaluate_sliding(pulled(40.0, 12.0, 0.05), 4.0)
     assert found.per_crossing == pytest.approx(0.05, rel=1e-4)
-    assert found.peak == pytest.approx(10 * 0.05, rel=2e-3) and found.at_rest == pytest.approx(10 * 0.05, rel=2e-3)
+    assert found.peak == pytest.approx(10 * 0.05, rel=2e-3) and found.force_at_rest == pytest.approx(
+        10 * 0.05, rel=2e-3
+    )
     assert found.way == pytest.approx(11.8 - SLIDES)
     # two whole pitches, the last ones: 28.2 to 36.2 mm embedded
     assert found.mean == pytest.approx(0.05 * 32.2 / 4.0, rel=1e-3)
@@ -53,13 +55,13 @@ def test_friction_of_a_crossing_from_a_force_that_falls_with_the_embedded_length
 def test_a_force_that_comes_back_every_pitch_has_its_mean_over_whole_ones():
     curve = pulled(40.0, 12.0, 0.05)
     curve["pull_force_n"] = curve["pull_force_n"] * (1.0 + np.sin(2.0 * np.pi * curve["tail_travel_mm"] / 4.0) ** 2)
-    assert sliding(curve, 4.0).per_crossing == pytest.approx(0.075, rel=4e-3)
+    assert evaluate_sliding(curve, 4.0).per_crossing == pytest.approx(0.075, rel=4e-3)
 
 
 def test_an_inlay_that_hardly_slides_has_no_friction():
-    found = sliding(pulled(40.0, 3.0, 0.05), 4.0)
+    found = evaluate_sliding(pulled(40.0, 3.0, 0.05), 4.0)
     assert np.isnan(found.mean) and np.isnan(found.per_crossing) and found.way == pytest.approx(2.8 - SLIDES)
-    assert np.isnan(sliding(pulled(40.0, 0.1, 0.05), 4.0).at_rest)
+    assert np.isnan(evaluate_sliding(pulled(40.0, 0.1, 0.05), 4.0).force_at_rest)
 
 
 def paths(n_wales: int = 6, n_courses: int = 6) -> list[YarnPath]:
@@ -116,7 +118,7 @@ def test_the_free_end_is_followed_through_the_frames():
         Frame(t, 0.0, 0.0, np.array([[0.0, 0.0, 0.0], [x, 0.0, 0.0]]), {}) for t, x in ((0, 0.1), (5, 0.3), (10, 2.0))
     ]
     mesh = Mesh("beams", np.zeros((0, 2), np.int64), np.zeros(0), (), np.zeros(0), np.zeros(0))
-    history = with_tail(History(mesh, curve, {}, frames), {"tail_node": 1.0, "embedded_mm": 20.0}, 0)
+    history = add_tail_travel(History(mesh, curve, {}, frames), {"tail_node": 1.0, "embedded_mm": 20.0}, 0)
     assert history.curve["tail_travel_mm"] == pytest.approx([0.0, 1.7])
     assert history.curve["embedded_mm"] == pytest.approx([20.0, 18.3])
     assert clamp_difference(history) == pytest.approx(5.0)
@@ -132,7 +134,7 @@ def test_the_free_end_is_followed_through_the_frames():
 )
 def test_pieces_without_a_pull_out_are_refused(sets, said):
     with pytest.raises(InputError, match=said):
-        PullOut().refuse(quick(*sets))
+        PullOut().check_run(quick(*sets))
 
 
 @pytest.fixture
@@ -150,7 +152,7 @@ def run(*sets):
 
 
 def test_rows_are_those_of_a_run_of_the_same_piece(mine):
-    rows = published(mine, "mine", "weft", tuple(UNITS))
+    rows = published_rows(mine, "mine", "weft", tuple(UNITS))
     at_rest = rows[0]
     assert [row.quantity for row in rows] == list(UNITS) and {row.unit for row in rows} == {"N"}
     assert (at_rest.mean, at_rest.sd, at_rest.n) == (
@@ -176,7 +178,7 @@ def test_rows_are_those_of_a_run_of_the_same_piece(mine):
     ],
 )  # fmt: skip
 def test_another_piece_is_not_compared_in_silence(mine, sets, kept, said):
-    rows, report = published(mine, "mine", "weft", tuple(UNITS)), REPORTS["pull-out"]
+    rows, report = published_rows(mine, "mine", "weft", tuple(UNITS)), REPORTS["pull-out"]
     found = report.scaled(run(*sets), rows)
     assert [row.quantity for row in found] == kept
     assert report.apart(run(*sets), rows)[0].startswith("not compared: ")
@@ -191,7 +193,7 @@ def test_a_run_of_another_piece_warns_and_compares_what_is_left(mine):
     one, columns = run(), {"tail_travel_mm": np.zeros(1), "pull_force_n": np.zeros(1)}
     results = {"pull_out_at_rest_n": 0.1, "crossing_friction_at_rest_n": 0.019}
     specimen = Specimen(History(strip(2, 2)[0], columns, {}, []), results, quality(), cost(), {})
-    found = judge(one, [specimen], references_of(one, ()))
+    found = compare_run(one, [specimen], references_of(one, ()))
     (row,) = found.comparison["rows"]
     assert row["quantity"] == "crossing_friction_at_rest_n"
     assert row["deviation_sd"] == pytest.approx(-1.0, abs=0.1)
@@ -202,13 +204,13 @@ def test_the_corridor_is_a_curve_to_compare_with(mine):
     curve = load_curve(mine / "pull-out-weft" / "corridor.csv")
     assert (curve.x_name, curve.y_name) == ("tail_travel_mm", "pull_force_n") and curve.sd is not None
     same, report = run("rig.length=50", "rig.travel=19"), REPORTS["pull-out"]
-    reference = report.matched(same, curve)
+    reference = report.scale_curve(same, curve)
     tail = np.linspace(0.0, 18.0, 400)
     columns = {"displacement_mm": tail + 0.1, "tail_travel_mm": tail, "pull_force_n": 0.018 * (LENGTH - tail) / PITCH}
     told = compare_columns(columns, reference)
     assert told["comparable"] and told["kinetic_error_pct"] == pytest.approx(-10.0, abs=0.1)
     with pytest.raises(InputError, match=r"corridor\.csv: 50 mm embedded, in the run 21\.4 mm"):
-        report.matched(run(), curve)
+        report.scale_curve(run(), curve)
 
 
 def test_a_calibration_takes_the_rows_and_refuses_those_of_another_piece(mine):

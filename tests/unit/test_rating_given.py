@@ -19,16 +19,16 @@ from knittest.base.result_rows import FEW, UNRESOLVED, mean_error, result_rows
 from knittest.cli.main import cli
 from knittest.cli.main import run as command
 from knittest.config.loading import resolve
-from knittest.experiment.compare import compare_columns, compare_curves, compare_results
+from knittest.experiment.comparison import compare_columns, compare_curves, compare_results
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue
-from knittest.laboratory.base import fabric_laminate, refuse_too_strong
+from knittest.laboratory.base import check_curve_strength, fabric_laminate
 from knittest.laboratory.friction.test import Friction
 from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.blocks import Table
 from knittest.report_page.page import write_reports
-from knittest.report_page.results import _metrics as page_metrics
-from knittest.runs.show import curve_line
+from knittest.report_page.results import _metrics_blocks as page_metrics
+from knittest.runs.terminal_output import curve_line
 
 X = np.linspace(0.0, 1.6, 201)
 Y = 5800.0 * (X / 1.6) ** 2
@@ -265,10 +265,10 @@ def test_a_curve_that_no_fibres_of_the_area_mass_can_carry_is_refused() -> None:
             "measured", x, top * x / 1.6, None, "strain_pct", "force_n_per_mm", "mine", file="mine.csv"
         )
 
-    refuse_too_strong(fabric, {"warp": curve(3590.0)})
+    check_curve_strength(fabric, {"warp": curve(3590.0)})
     words = r"macro\.tension\.weft \(mine\.csv\): 3610 N/mm at area_mass = 600 g/m2 .*6 N/tex: 3600 N/mm"
     with pytest.raises(InputError, match=words):
-        refuse_too_strong(fabric, {"warp": curve(116.0), "weft": curve(3610.0)})
+        check_curve_strength(fabric, {"warp": curve(116.0), "weft": curve(3610.0)})
 
 
 def test_shells_are_not_made_of_such_a_curve(tmp_path, monkeypatch) -> None:

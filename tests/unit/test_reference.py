@@ -8,7 +8,7 @@ import click
 import pytest
 
 from knittest.cli.main import cli, summaries
-from knittest.config.fields import all_paths, place
+from knittest.config.fields import all_paths, field_at
 from knittest.config.run import RUNS
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -35,7 +35,7 @@ def test_page_is_up_to_date(generate, name):
 @pytest.mark.parametrize("kind", RUNS)
 def test_every_field_is_there_with_its_unit(generate, kind):
     rows = {line.split(" | ")[0].strip("| `"): line for line in generate.config_reference().splitlines()}
-    found = [(path, place(tuple(path.split(".")), kind)) for path in all_paths(kind)]
+    found = [(path, field_at(tuple(path.split(".")), kind)) for path in all_paths(kind)]
     fields = [(path, at) for path, at in found if at.model is None or at.is_quantity]
     assert len(fields) > 60
     for path, at in fields:

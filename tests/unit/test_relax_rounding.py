@@ -1,6 +1,6 @@
 """End of a relaxation that only rounding moves: not before the residual has come to its least."""
 
-from knittest.solve.relax import STALLED, Relaxation, _Rounding
+from knittest.solve.relaxation import STALLED, Relaxation, _Rounding
 
 NOISE, QUIET = 1e-9, 0.5e-9
 
@@ -10,7 +10,7 @@ def told(
 ):
     """Answer of ``rounding`` after ``steps``."""
     course = Relaxation(steps, residual=residual, history=[(steps, residual, 0.0, slowest)])
-    return rounding.alone(course, force, acts)
+    return rounding.is_only_rounding(course, force, acts)
 
 
 def test_where_nothing_acts_it_is_rest_at_once() -> None:

@@ -59,8 +59,8 @@ def test_pictures_that_are_none_are_named(folder: Path) -> None:
 def test_failed_run_shows_why_and_what_there_is_of_its_curve(tmp_path: Path) -> None:
     from export_sample import curve, energies
 
-    from knittest.config.dumping import dump
     from knittest.config.loading import resolve
+    from knittest.config.yaml_writer import dump
 
     run = resolve(variant="1", scale="macro", direction="warp")
     folder = RunFolder.create(tmp_path / "r", run, config_text=dump(run), threads=1)

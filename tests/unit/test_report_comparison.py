@@ -112,7 +112,7 @@ def test_a_damaged_trial_of_a_sweep_stops_no_page_but_a_named_one_does(parent: P
 
 
 def test_a_page_of_several_lies_in_the_working_folder_and_has_its_limit(parent, tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(folders, "MOST", 3)
+    monkeypatch.setattr(folders, "MOST_RUNS", 3)
     with pytest.raises(InputError, match="4 runs: expected at most 3 on a page"):
         write_reports([parent], tmp_path / "page.html")
     monkeypatch.chdir(tmp_path)
@@ -142,10 +142,12 @@ def test_runs_of_several_widths_are_compared_by_force_per_width(tmp_path: Path) 
 def test_curves_free_of_size(tmp_path: Path) -> None:
     """Force per width of whole yarns: 15 mm at 28 in 100 mm hold 4 of 4.2; a frame's own column is normalised."""
     strip = resolve(variant="1", scale="meso", test="tensile", direction="warp", sets=["rig.width=15"])
-    axes, found = REPORTS["tensile"].size_free(strip, {"strain_pct": np.ones(2), "force_n": np.array([0.0, 400.0])})
+    axes, found = REPORTS["tensile"].size_free_curve(
+        strip, {"strain_pct": np.ones(2), "force_n": np.array([0.0, 400.0])}
+    )
     assert found["force_n"][1] == pytest.approx(400.0 / (4 / 0.28)) and axes.ylabel == "force per width [N/mm]"
     assert found["strain_pct"].tolist() == [1.0, 1.0]
     frame = resolve(variant="1", scale="macro", test="picture-frame", sets=["rig.side=140", "rig.frame_side=216"])
     size, told = REPORTS["picture-frame"].size(frame)
     assert size == pytest.approx(140.0**2 / 216.0) and told == "square of 140 mm in a frame of 216 mm"
-    assert REPORTS["picture-frame"].size_free(frame, {})[0].y == "normalised_shear_force_n_per_mm"
+    assert REPORTS["picture-frame"].size_free_curve(frame, {})[0].y == "normalised_shear_force_n_per_mm"

@@ -20,7 +20,7 @@ from knittest.base.errors import InputError
 from knittest.config.yaml_loader import load_yaml
 from knittest.laboratory.report_base import REPORTS
 from knittest.report_page.page import write_report, write_reports
-from knittest.report_page.pictures import light
+from knittest.report_page.pictures import compress_picture
 
 GATES = "Quality checks: a run that fails one is not compared with the experiment"
 HOSTILE = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $\\frac{$ & ü"
@@ -245,7 +245,7 @@ def test_pictures_of_yarns_and_of_lines_are_light_and_keep_their_colours(tmp_pat
     for name, pixels, most in (("yarns", np.repeat(shades[..., None], 3, 2), 0.12), ("lines", plain, 1.0)):
         imsave(tmp_path / f"{name}.png", pixels)
         raw = (tmp_path / f"{name}.png").read_bytes()
-        kept = base64.b64decode(light(raw).removeprefix("data:image/webp;base64,"))
+        kept = base64.b64decode(compress_picture(raw).removeprefix("data:image/webp;base64,"))
         with Image.open(io.BytesIO(kept)) as image:
             found = np.asarray(image.convert("RGB"), float) / 255.0
         assert len(kept) < most * len(raw)

@@ -6,16 +6,22 @@ import math
 import numpy as np
 import pytest
 
-from knittest.base.history import Rest, of_all, rest_line, rest_numbers, rest_rows
+from knittest.base.history import (
+    InitialEquilibrium,
+    equilibrium_line,
+    equilibrium_numbers,
+    equilibrium_rows,
+    with_common_names,
+)
 from knittest.config.loading import resolve
 from knittest.fabric.cell import CellSpec, Munden
 from knittest.models.chains import Chain, build_chains
-from knittest.models.crossings import at_rest
+from knittest.models.crossings import initial_equilibrium
 from knittest.models.yarn_model import YarnModel
 from knittest.pose import YarnContact, round_section
 
 SECTION = round_section(modulus=2e3, diameter=0.5, density=1.5e-3)
-REST = Rest(0.2, 2.2, 0.004, {"warp-weft": 0.4, "knit-knit": 0.1})
+REST = InitialEquilibrium(0.2, 2.2, 0.004, {"warp-weft": 0.4, "knit-knit": 0.1})
 
 
 def grid(draw_in: float = 0.0) -> YarnModel:
@@ -45,7 +51,7 @@ def test_state_of_rest_is_that_of_the_middle():
     assert n >= 9 and (share == 0.3).sum() == 1
     offset = contacts.offset[:, :n]
     contacts.force[:, :n] = share * offset / np.linalg.norm(offset, axis=0)
-    found = at_rest(model, 0.02)
+    found = initial_equilibrium(model, 0.02)
     assert found is not None and found.residual == 0.02
     assert dict(found.normal_force) == {"warp-knit": pytest.approx(0.3)}
     assert found.thickness == pytest.approx(0.99)
@@ -53,42 +59,47 @@ def test_state_of_rest_is_that_of_the_middle():
 
 
 def test_shells_have_none():
-    assert at_rest(object(), 0.0) is None  # type: ignore[arg-type]
+    assert initial_equilibrium(object(), 0.0) is None  # type: ignore[arg-type]
 
 
 def test_numbers_rows_and_the_line_say_the_same():
-    numbers = rest_numbers(REST, 4.0, 16.3, 0.01)
+    numbers = equilibrium_numbers(REST, 4.0, 16.3, 0.01)
     assert numbers["out_of_balance_pct"] == pytest.approx(0.4) and numbers["draw_in_pct"] == 1.0
-    rows = dict(rest_rows(numbers))
+    rows = dict(equilibrium_rows(numbers))
     assert rows["mean normal force of crossings"] == "knit-knit 0.1, warp-weft 0.4 N"
     assert rows["Munden's Kc"] == "4.00 (relaxed plain knits: 5 to 5.3)"
     assert rows["residual contact-force imbalance"] == "0.4 %"
-    assert rest_line(numbers) == "thickness 2.20 mm, loop tension 0.2 N"
+    assert equilibrium_line(numbers) == "thickness 2.20 mm, loop tension 0.2 N"
 
 
 @pytest.mark.parametrize(("share", "creeps"), [(0.029, False), (0.031, True)])
 def test_yarns_that_still_creep_say_what_of_their_rest_is_not_to_be_read(share, creeps):
-    numbers = rest_numbers(Rest(0.1, 2.0, share), 4.0, 16.0)
-    told = dict(rest_rows(numbers))["residual contact-force imbalance"]
+    numbers = equilibrium_numbers(InitialEquilibrium(0.1, 2.0, share), 4.0, 16.0)
+    told = dict(equilibrium_rows(numbers))["residual contact-force imbalance"]
     assert told.startswith(f"{100.0 * share:.2g} %")
     assert ("loop tension and forces of crossings are accurate to about 10 %" in told) == creeps
-    assert rest_line(numbers).endswith("N (accurate to about 10 %)") == creeps
+    assert equilibrium_line(numbers).endswith("N (accurate to about 10 %)") == creeps
 
 
 def test_what_was_not_settled_says_so_and_no_draw_in_is_none():
-    numbers = rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)
-    rows = dict(rest_rows(json.loads(json.dumps(numbers).replace("NaN", "null"))))
+    numbers = equilibrium_numbers(InitialEquilibrium(0.0, 2.2, math.nan), 4.0, 16.3)
+    rows = dict(equilibrium_rows(json.loads(json.dumps(numbers).replace("NaN", "null"))))
     assert rows["residual contact-force imbalance"] == "not computed: yarns start without contact forces"
-    assert rest_line(rest_numbers(Rest(0.0, 2.2, math.nan), 4.0, 16.3)).endswith("N (equilibrium not computed)")
+    assert equilibrium_line(equilibrium_numbers(InitialEquilibrium(0.0, 2.2, math.nan), 4.0, 16.3)).endswith(
+        "N (equilibrium not computed)"
+    )
     assert "loop shortening" not in rows and "mean normal force of crossings" not in rows
 
 
 def test_an_ensemble_has_the_names_of_all_and_shows_means():
-    one, other = rest_numbers(REST, 4.0, 16.0), rest_numbers(Rest(0.1, 2.0, 0.0, {"warp-weft": 0.2}), 4.0, 16.0)
-    alike = of_all([one, other])
+    one, other = (
+        equilibrium_numbers(REST, 4.0, 16.0),
+        equilibrium_numbers(InitialEquilibrium(0.1, 2.0, 0.0, {"warp-weft": 0.2}), 4.0, 16.0),
+    )
+    alike = with_common_names([one, other])
     assert alike[1]["normal_force_n.knit-knit"] == 0.0 and list(alike[0]) == list(alike[1])
     spread = {k: {"mean": (alike[0][k] + alike[1][k]) / 2, "sd": 0.0, "values": []} for k in one}
-    assert dict(rest_rows(spread))["mean normal force of crossings"] == "knit-knit 0.05, warp-weft 0.3 N"
+    assert dict(equilibrium_rows(spread))["mean normal force of crossings"] == "knit-knit 0.05, warp-weft 0.3 N"
 
 
 def test_constants_of_munden_are_those_of_the_yarn_that_is_in_the_loop():

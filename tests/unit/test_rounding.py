@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knittest.laboratory.after_rest import SPEED
+from knittest.laboratory.restart import SPEED
 from knittest.studies.regress.baseline import Curve, Entry
 from knittest.studies.regress.cases import Case
-from knittest.studies.regress.drift import RUNS, drift_of, otherwise_rounded, pooled
+from knittest.studies.regress.drift import RUNS, drift_of, pool_entries, rounding_trials
 from knittest.studies.trials.trial import Record
 
 FRAME = Case("picture-frame", "macro", "1", None, "quick", enlarges=True)
@@ -31,12 +31,12 @@ def curve_of(folder: Path, x, y) -> Path:
 
 def test_the_other_runs_differ_in_nothing_but_billionths_of_their_steps():
     trial = FRAME.trial()
-    others = otherwise_rounded(FRAME, trial)
+    others = rounding_trials(FRAME, trial)
     own = trial.run.solver.safety
     assert len({one.key for one in [trial, *others]}) == RUNS
     assert [1.0 - one.run.solver.safety / own for one in others] == pytest.approx(1e-9 * np.arange(1, RUNS), rel=1e-6)
     assert all(one.run.model_copy(update={"solver": trial.run.solver}) == trial.run for one in others)
-    assert otherwise_rounded(Case("tensile", "macro", "1", "warp", "quick"), trial) == []
+    assert rounding_trials(Case("tensile", "macro", "1", "warp", "quick"), trial) == []
 
 
 def test_mean_and_standard_deviation_are_stored_and_what_one_run_lacks_is_not(tmp_path):
@@ -46,13 +46,13 @@ def test_mean_and_standard_deviation_are_stored_and_what_one_run_lacks_is_not(tm
         (run, curve_of(tmp_path / "a", [0.0, 0.5, 3.0], [0.0, 1.5, 9.0])),
         (run, curve_of(tmp_path / "b", [0.0, 2.0], [0.0, 4.0])),
     ]
-    found = pooled(entry({"a": 1.0, "b": 1.0}), [entry({"a": 2.0}), entry({"a": 6.0, "c": 0.0})], places, ())
+    found = pool_entries(entry({"a": 1.0, "b": 1.0}), [entry({"a": 2.0}), entry({"a": 6.0, "c": 0.0})], places, ())
     assert (found.runs, found.results, found.scatter) == (3, {"a": 3.0}, {"a": pytest.approx(7.0**0.5, rel=1e-5)})
     assert (found.sometimes, found.ranges) == (["b", "c"], {})
     assert found.curve is not None
     assert found.curve.y == pytest.approx([0.0, 2.0, 4.0]) and found.curve.scatter == pytest.approx([0.0, 1.0, 2.0])
     crests = [entry({COUNT: float(n), "a": 1.0}) for n in (3, 5, 4)]
-    found = pooled(crests[0], crests[1:], places, (COUNT,))  # of crests the range, in place of their scatter
+    found = pool_entries(crests[0], crests[1:], places, (COUNT,))  # of crests the range, in place of their scatter
     assert (found.ranges, found.scatter, found.results[COUNT]) == ({COUNT: (3, 5)}, {"a": 0.0}, 4.0)
 
 

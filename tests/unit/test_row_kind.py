@@ -7,19 +7,19 @@ import pytest
 
 from knittest.base.result_rows import result_rows
 from knittest.config.base import Quantity
-from knittest.config.gates import FROM_YARNS, deciding
 from knittest.config.loading import resolve
-from knittest.experiment.compare import compare_results
+from knittest.config.quality_checks import FROM_YARNS, deciding_fields
+from knittest.experiment.comparison import compare_results
 from knittest.experiment.origin import (
     assumed_inputs,
-    borrowed,
+    borrowed_curves,
     cell_assumed_inputs,
     cell_row_kind,
     given_results,
     row_kind,
 )
 from knittest.experiment.tables import PublishedValue
-from knittest.runs.preflight.command import taken_over
+from knittest.runs.preflight.command import borrowed_curve_lines
 
 FORCE, STRAIN, SHEAR = "peak_force_n", "fracture_strain_pct", "shear_force_n_at_deg.10"
 
@@ -74,10 +74,10 @@ def test_thickness_is_tuned_in_variant_1_and_predicted_in_variant_2():
 
 def test_shells_return_their_own_curve_and_another_fabrics_is_assumed():
     run = tensile("1", "warp", "macro")
-    assert row_kind(run, FORCE) == "input" and not borrowed(run.fabric)
+    assert row_kind(run, FORCE) == "input" and not borrowed_curves(run.fabric)
     mine = changed(run, "fabric.name", "mine")
     fields = ("macro.tension.warp", "macro.tension.weft", "macro.shear")
-    assert borrowed(mine.fabric) == dict.fromkeys(fields, "pham2019-v1")
+    assert borrowed_curves(mine.fabric) == dict.fromkeys(fields, "pham2019-v1")
     assert row_kind(mine, FORCE) == "assumed"
     assert assumed_inputs(mine) == ("macro.tension.warp (from pham2019-v1)",)
 
@@ -89,7 +89,9 @@ def test_formed_shells_name_their_contraction_and_bending_unless_they_are_measur
     fields = {f"macro.in_plane_bending.{d}" for d in ("warp", "weft")}
     given = run_of("forming", "1", "macro", *(f"fabric.{field}=4.0" for field in fields))
     off = run_of("forming", "1", "macro", "rig.in_plane_bending=false")
-    assert not fields & set(deciding(off)) and fields <= set(deciding(given)) & set(deciding(usual))
+    assert not fields & set(deciding_fields(off)) and fields <= set(deciding_fields(given)) & set(
+        deciding_fields(usual)
+    )
     assert not fields & set(assumed_inputs(given)) | fields & set(assumed_inputs(usual))
     guess = given.fabric.macro.in_plane_bending.model_copy(update={"warp": assumed(4.0), "weft": assumed(4.0)})
     assert fields <= set(assumed_inputs(changed(given, "fabric.macro.in_plane_bending", guess)))
@@ -162,15 +164,17 @@ def test_a_frame_of_shells_returns_its_law_and_that_of_yarns_predicts():
     assert row_kind(run, SHEAR) == row_kind(run_of("picture-frame", "1", "meso"), SHEAR) == "predicted"
     assert row_kind(changed(run, "fabric.macro.shear.source", "measured"), SHEAR) == "input"
     mine = changed(run, "fabric.name", "mine")
-    assert row_kind(mine, SHEAR) == "assumed" and taken_over(run.fabric) == []
-    assert taken_over(mine.fabric)[-1] == "macro.shear: its header names pham2019-v1, so it is assumed for mine"
+    assert row_kind(mine, SHEAR) == "assumed" and borrowed_curve_lines(run.fabric) == []
+    assert (
+        borrowed_curve_lines(mine.fabric)[-1] == "macro.shear: its header names pham2019-v1, so it is assumed for mine"
+    )
 
 
 def test_a_curve_without_a_fabric_in_its_head_is_the_fabrics_own(tmp_path: Path):
     curve, run = tmp_path / "shear.csv", run_of("picture-frame")
     for head, found in (("", {}), ("# fabric: pham2019-v1\n", {}), ("# fabric: other\n", {"macro.shear": "other"})):
         curve.write_text(f"# kind: measured\n{head}shear_angle_deg,shear_force_n_per_mm\n0,0\n10,1\n")
-        assert borrowed(changed(run, "fabric.macro.shear.curve", str(curve)).fabric) == found
+        assert borrowed_curves(changed(run, "fabric.macro.shear.curve", str(curve)).fabric) == found
 
 
 def test_laws_from_a_frame_predict_the_bias_extension_and_uncoupled_shells_return_their_curves():
@@ -189,9 +193,9 @@ def test_a_pull_out_names_what_moves_its_forces():
         "knitting.beam_diameter", "knitting.bending_stiffness", "knitting.degree_of_set", "reinforcing.beam_diameter",
         "contact.friction_coefficient",
     )  # fmt: skip
-    assert {"warp_density", "weft_density", "loop_length"} < set(deciding(run))
+    assert {"warp_density", "weft_density", "loop_length"} < set(deciding_fields(run))
     shorter = run_of("pull-out", "1", "meso", "fabric.knitting.draw_in=1", direction="weft")
-    assert set(deciding(shorter)) - set(deciding(run)) == {"knitting.draw_in"}
+    assert set(deciding_fields(shorter)) - set(deciding_fields(run)) == {"knitting.draw_in"}
 
 
 @pytest.mark.parametrize("test", ["picture-frame", "bias-extension", "cell"])

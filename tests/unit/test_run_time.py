@@ -67,11 +67,11 @@ class Ticking:
         return broken
 
 
-def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> model._Brief:
+def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> model._TimedRig:
     """Estimate when each sample takes ``seconds`` of wall time and the specimen fails at sample ``broken_at``."""
     now = [0.0]
     monkeypatch.setattr(model, "clock", SimpleNamespace(perf_counter=lambda: now[0]))
-    brief = model._Brief(Ticking())
+    brief = model._TimedRig(Ticking())
     brief.step = 0.5
     for k in range(1, 1000):
         now[0] += seconds

@@ -5,13 +5,20 @@ import pytest
 from contact_cases import contacts_of
 from plain import plain
 
-from knittest.kernels.along import MOST, Pieces, push, tracked
-from knittest.kernels.contact import BESIDE, FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, closest_step
-from knittest.kernels.pair_search import BESIDE_HELD, _beside_held, _first_place, _held_place, _second_point, reach_of
+from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, SECOND_ALONG, SIDE_BY_SIDE, closest_step
+from knittest.kernels.line_contact import MOST, Pieces, add_to_lists, find_tracked
+from knittest.kernels.pair_search import (
+    BESIDE_HELD,
+    _first_place,
+    _held_place,
+    _limits_beside_held,
+    _second_point,
+    reach_of,
+)
 from knittest.kernels.search import _share_depth
 
 
-@pytest.mark.parametrize("line", [POINT, BESIDE, FIRST_ALONG, SECOND_ALONG])
+@pytest.mark.parametrize("line", [POINT, SIDE_BY_SIDE, FIRST_ALONG, SECOND_ALONG])
 def test_no_step_leads_away_from_the_closest_points(line: float) -> None:
     """Half the squared distance falls along every step: its gradient (w.u, -w.v) times the step is not above 0.
 
@@ -111,10 +118,10 @@ def test_a_point_beside_a_piece_that_is_held_is_looked_for_up_to_what_its_middle
     _, pieces, alive = curves(line, line)
     pieces.along[2, 0] = 1
     limits = [plain(reach_of)(i, alive, pieces) for i in (1, 2, 3)]
-    assert plain(_beside_held)(limits[2], 3, 7, True, pieces) == (-BESIDE_HELD, limits[2][1])
-    assert plain(_beside_held)(limits[0], 1, 7, True, pieces) == (limits[0][0], 1.0 + BESIDE_HELD)
-    assert plain(_beside_held)(limits[1], 2, 7, True, pieces) == limits[1]
-    assert plain(_beside_held)(limits[1], 7, 3, False, pieces) == limits[1]
+    assert plain(_limits_beside_held)(limits[2], 3, 7, True, pieces) == (-BESIDE_HELD, limits[2][1])
+    assert plain(_limits_beside_held)(limits[0], 1, 7, True, pieces) == (limits[0][0], 1.0 + BESIDE_HELD)
+    assert plain(_limits_beside_held)(limits[1], 2, 7, True, pieces) == limits[1]
+    assert plain(_limits_beside_held)(limits[1], 7, 3, False, pieces) == limits[1]
 
 
 def test_a_crossing_that_comes_up_beside_a_loaded_one_takes_over_half_of_its_energy() -> None:
@@ -137,8 +144,8 @@ def test_a_held_contact_is_the_tracked_one_only_at_its_own_place() -> None:
     for line, held in ((FIRST_ALONG, 0), (SECOND_ALONG, 1), (POINT, 0)):
         contacts = contacts_of((2, 7), reach=np.ones(1), arm=np.ones(1), line=np.full(1, line))
         lists[0][:] = -1
-        plain(push)(contacts, 0, lists)
+        plain(add_to_lists)(contacts, 0, lists)
         place = [2, 7, 0.5, 0.5, line]
-        assert plain(tracked)(contacts, lists, chain, tuple(place), 0.9) == 0
+        assert plain(find_tracked)(contacts, lists, chain, tuple(place), 0.9) == 0
         place[2 + held] = 0.0
-        assert plain(tracked)(contacts, lists, chain, tuple(place), 0.9) == (0 if line == POINT else -1)
+        assert plain(find_tracked)(contacts, lists, chain, tuple(place), 0.9) == (0 if line == POINT else -1)

@@ -5,7 +5,7 @@ import pytest
 from knittest.base.cache import cache_folder
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.solve.settled_cell import remembered, settled_key
+from knittest.solve.relaxed_cell import load_or_compute, relaxed_cell_key
 
 WHAT = {"draw_in": 0.01, "axial_share": 0.05}
 
@@ -23,14 +23,14 @@ def run_of(*sets: str, variant: str = "1") -> Run:
     ],
 )  # fmt: skip
 def test_all_that_enters_a_cell_is_in_its_key(changed: str):
-    assert settled_key(run_of(changed), WHAT) != settled_key(run_of(), WHAT)
+    assert relaxed_cell_key(run_of(changed), WHAT) != relaxed_cell_key(run_of(), WHAT)
 
 
 def test_conditions_and_the_fabric_are_in_the_key_and_the_test_is_not():
-    key = settled_key(run_of(), WHAT)
-    assert key == settled_key(run_of("solver.speed=1", "rig.side=30", "solver.damping=0.1"), WHAT)
-    others = [settled_key(run_of(), WHAT | {name: 0.011}) for name in WHAT]
-    assert len({key, *others, settled_key(run_of(variant="2"), WHAT)}) == 4
+    key = relaxed_cell_key(run_of(), WHAT)
+    assert key == relaxed_cell_key(run_of("solver.speed=1", "rig.side=30", "solver.damping=0.1"), WHAT)
+    others = [relaxed_cell_key(run_of(), WHAT | {name: 0.011}) for name in WHAT]
+    assert len({key, *others, relaxed_cell_key(run_of(variant="2"), WHAT)}) == 4
 
 
 def test_a_cell_is_settled_once_and_again_where_the_file_is_damaged(tmp_path, monkeypatch, capsys):
@@ -41,15 +41,15 @@ def test_a_cell_is_settled_once_and_again_where_the_file_is_damaged(tmp_path, mo
         settled.append(1)
         return {"draw_in": 0.01, "rest": {"tension": 0.1 + 0.2, "residual": float("nan")}}
 
-    first, again = (remembered(run_of(), WHAT, compute) for _ in range(2))
+    first, again = (load_or_compute(run_of(), WHAT, compute) for _ in range(2))
     assert len(settled) == 1 and str(first) == str(again) and again["rest"]["tension"] == 0.1 + 0.2
-    remembered(run_of(), WHAT | {"draw_in": 0.02}, compute)
+    load_or_compute(run_of(), WHAT | {"draw_in": 0.02}, compute)
     assert len(settled) == 2
     folder = cache_folder("settled")
-    path = folder / f"{settled_key(run_of(), WHAT)}.npz"
+    path = folder / f"{relaxed_cell_key(run_of(), WHAT)}.npz"
     path.write_bytes(path.read_bytes()[:-40])
-    remembered(run_of(), WHAT, compute)
+    load_or_compute(run_of(), WHAT, compute)
     assert len(settled) == 3 and "the cached relaxed cell is computed again" in capsys.readouterr().err
     (folder / path.name).write_bytes(next(p for p in folder.glob("*.npz") if p != path).read_bytes())
-    remembered(run_of(), WHAT, compute)
+    load_or_compute(run_of(), WHAT, compute)
     assert len(settled) == 4  # that of another draw-in, under this name

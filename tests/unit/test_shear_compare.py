@@ -10,16 +10,16 @@ from click.testing import CliRunner
 
 from knittest.base.errors import InputError
 from knittest.base.history import Frame, History
-from knittest.base.result_rows import folded, unfolded
+from knittest.base.result_rows import fold_results, unfold_results
 from knittest.cli.main import cli
 from knittest.cli.main import run as knittest
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
-from knittest.experiment.compare import columns_of, compare_columns
+from knittest.config.yaml_writer import dump
+from knittest.experiment.comparison import columns_of, compare_columns
 from knittest.experiment.curves import ReferenceCurve, find_curve, load_curve
-from knittest.laboratory.given_data import own_curves
 from knittest.laboratory.picture_frame.shear_law import homogenised_law, write_law
 from knittest.laboratory.picture_frame.test import first_loading, frame_at
+from knittest.laboratory.reference_curves import own_curves
 from knittest.laboratory.strips import angle_scatter, angle_table
 from knittest.materials.trellis import NORMALISED
 
@@ -131,11 +131,11 @@ def test_a_run_refuses_a_curve_of_another_test_before_it_starts(tmp_path):
 
 def test_results_with_a_key_are_maps_in_the_summary():
     flat = {"shear_force_n_at_deg.10": 1.0, "shear_force_n_at_deg.20": 2.0, "wrinkle_onset_deg": 30.0}
-    whole = folded(flat)
+    whole = fold_results(flat)
     assert whole == {"shear_force_n_at_deg": {"10": 1.0, "20": 2.0}, "wrinkle_onset_deg": 30.0}
-    assert unfolded(whole) == flat
+    assert unfold_results(whole) == flat
     spread = {k: {"mean": v, "sd": 0.1, "values": [v - 0.1, v + 0.1]} for k, v in flat.items()}
-    assert unfolded(json.loads(json.dumps(folded(spread)))) == spread
+    assert unfold_results(json.loads(json.dumps(fold_results(spread)))) == spread
 
 
 def test_scatter_of_a_known_field():

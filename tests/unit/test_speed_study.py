@@ -10,7 +10,7 @@ from knittest.base.errors import NumericalError
 from knittest.config.loading import resolve
 from knittest.experiment import tables
 from knittest.experiment.tables import speed_rows
-from knittest.laboratory.halving import change, halving
+from knittest.laboratory.halved_setting import change, halve_setting
 from knittest.studies import speed_study
 from knittest.studies.speed_study import CSV, MARKDOWN, SpeedOptions, csv_text, markdown, rows_of, study_command
 from knittest.studies.trials.trial import Record
@@ -20,7 +20,7 @@ RESULTS = {"pull_force_kinetic_n": 300.0, "mu_paper": 0.15, "wrinkle_onset_deg":
 
 def study(test: str = "friction", scale: str = "macro") -> Any:
     direction = None if test == "picture-frame" else "warp"
-    return halving(resolve(variant="1", test=test, scale=scale, direction=direction, preset="quick"))
+    return halve_setting(resolve(variant="1", test=test, scale=scale, direction=direction, preset="quick"))
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.image import imread
 
 from knittest import __version__
-from knittest.base.figure import BAD, DPI, FACTS, LETTER, MARGIN, Stamp, lines_of, new_figure, save, stamped
+from knittest.base.figure import BAD, DPI, FACTS, LETTER, MARGIN, Stamp, new_figure, save, stamp_lines, use_stamp
 from knittest.config.loading import resolve
 from knittest.laboratory.report_base import run_stamp, size_of
 
@@ -53,15 +53,15 @@ def test_accepted_limits_and_another_fabrics_curves_are_marked() -> None:
 
 
 def test_version_and_date_stand_below_every_picture_and_a_refusal_is_red() -> None:
-    ((text, colour),) = lines_of(Stamp(), 8.0)
+    ((text, colour),) = stamp_lines(Stamp(), 8.0)
     assert text.startswith(f"knittest {__version__} · 20") and colour == FACTS
-    *_, last = lines_of(Stamp(("a",), "comparison refused: x", bad=True), 8.0)
+    *_, last = stamp_lines(Stamp(("a",), "comparison refused: x", bad=True), 8.0)
     assert last == ("comparison refused: x", BAD)
 
 
 def test_a_line_breaks_between_facts() -> None:
     facts = [f"fact number {k}" for k in range(20)]
-    lines = [text for text, _ in lines_of(Stamp(facts), 4.0)]
+    lines = [text for text, _ in stamp_lines(Stamp(facts), 4.0)]
     assert len(lines) > 3 and not [line for line in lines if line.startswith("·") or line.endswith("·")]
     assert [fact for line in lines for fact in line.split(" · ")][:20] == facts
 
@@ -70,7 +70,7 @@ def test_a_line_breaks_between_facts() -> None:
 def test_no_line_is_wider_than_the_picture(width: float) -> None:
     failures = [f"kinetic energy over work {k}.{k}{k} % is above {k} %: WIDE CAPITALS MMMM" for k in range(1, 9)]
     run = resolve(test="forming", variant="1", sets=["rig.blank_holder_force=100"])
-    lines = lines_of(run_stamp(run, failures), width)
+    lines = stamp_lines(run_stamp(run, failures), width)
     assert len(lines) > 2
     figure = new_figure(width, 1.0)
     for line, _ in lines:
@@ -82,7 +82,7 @@ def test_the_stamp_lies_below_the_picture_and_covers_none_of_it(tmp_path: Path) 
     def drawn(stamp: Stamp) -> np.ndarray:
         figure = new_figure(4.0, 2.0)
         figure.patch.set_facecolor("#00ff00")
-        with stamped(stamp):
+        with use_stamp(stamp):
             save(figure, tmp_path / "x.png")
         return imread(tmp_path / "x.png")
 
@@ -97,5 +97,5 @@ def test_the_stamp_lies_below_the_picture_and_covers_none_of_it(tmp_path: Path) 
 
 
 def test_lines_are_evenly_long_so_that_none_holds_the_date_alone() -> None:
-    lines = [text for text, _ in lines_of(Stamp(("square of 50 mm", "preset quick", "seed 1")), 4.0)]
+    lines = [text for text, _ in stamp_lines(Stamp(("square of 50 mm", "preset quick", "seed 1")), 4.0)]
     assert len(lines) == 2 and min(map(len, lines)) > 0.6 * max(map(len, lines))

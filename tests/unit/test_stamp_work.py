@@ -16,13 +16,13 @@ from knittest.kernels.beam import beam_energies
 from knittest.kernels.shell_output import shell_energies
 from knittest.kernels.state import Partitions, Tally
 from knittest.kernels.vec import PARTITIONS
-from knittest.laboratory.forming.formed import MECHANISMS, stamp_work
+from knittest.laboratory.forming.results import MECHANISMS, stamp_work
 from knittest.models import fabric_model, yarn_model
-from knittest.models.explicit_model import Stored
-from knittest.models.from_stiffness import linear_laminate
+from knittest.models.explicit_model import StoredEnergies
 from knittest.models.macro import build_sheet
-from knittest.solve import simulate
-from knittest.solve.state import Stepping
+from knittest.models.sections import linear_laminate
+from knittest.solve import simulation
+from knittest.solve.state import ModelStepper
 
 PARTS = {"beams": ("warp", "weft", "knit"), "shells": ("fabric",)}
 KNOWN = {"beams": yarn_model.MECHANISMS, "shells": fabric_model.MECHANISMS}
@@ -36,7 +36,7 @@ def ledger(kind: str) -> tuple[History, np.ndarray]:
     for k, now in enumerate(time):
         mechanisms = {name: k * rng.uniform(1.0, 2.0, len(parts)) for name in KNOWN[kind]}
         internal = np.sum(list(mechanisms.values()), axis=0)
-        stored = Stored(internal, 3.0 * k, 0.7 * k, mechanisms=mechanisms, tools=1.3 * k, tool_kinetic=0.2 * k)
+        stored = StoredEnergies(internal, 3.0 * k, 0.7 * k, mechanisms=mechanisms, tools=1.3 * k, tool_kinetic=0.2 * k)
         columns = k * rng.uniform(1.0, 2.0, (PARTITIONS, 7))
         columns[:, 0] = 0.0
         columns[:, 1] = columns[:, 4:].sum(axis=1) + 1.0
@@ -46,10 +46,13 @@ def ledger(kind: str) -> tuple[History, np.ndarray]:
         run = SimpleNamespace(
             model=SimpleNamespace(mesh=SimpleNamespace(part_names=parts)), tally=tally, time=now, kinetic=0.4 * k,
             damping_loss=0.9 * k, energy_rows=rows, start_energy=np.zeros(len(parts) * (1 + len(mechanisms)) + 2),
-            recovered=0.3 * k, guided=0.0,
+            recovered_energy=0.3 * k, guide_energy=0.0,
         )  # fmt: skip
-        run.work, run.rubbed = (lambda run=run: Stepping.work(run)), (lambda run=run: Stepping.rubbed(run))
-        rows.append(simulate._balance(run, stored))
+        run.work, run.friction_losses = (
+            (lambda run=run: ModelStepper.work(run)),
+            (lambda run=run: ModelStepper.friction_losses(run)),
+        )
+        rows.append(simulation._balance(run, stored))
     energies = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     mesh = Mesh(kind, np.zeros((0, 2), int), np.zeros(0, int), parts, np.zeros(0, int), np.zeros(0))
     curve = {"time_ms": time, "stamp_travel_mm": 2.0 * time, "stamp_force_n": 5.0 + 3.0 * time}

@@ -10,8 +10,8 @@ from knittest.base.errors import InputError
 from knittest.base.files import PACKAGE, configs_dir
 from knittest.config.studies import Distribution, Sample
 from knittest.config.yaml_loader import load_yaml, parse_document
-from knittest.studies.batch.plan import Swept, plan_of
-from knittest.studies.trials.case import drawn
+from knittest.studies.batch.plan import SweptField, plan_of
+from knittest.studies.trials.case import draw_points
 
 BASE = "base: {variant: 1, scale: macro, preset: quick, direction: warp}\n"
 
@@ -22,7 +22,7 @@ def plan(text: str, tmp_path=None):
 
 def sample(method="latin-hypercube", n=400, seed=1, **fields) -> np.ndarray:
     fields = {name: Distribution(**one) for name, one in fields.items()}
-    return np.array(drawn(Sample(method=method, n=n, seed=seed, fields=fields)))
+    return np.array(draw_points(Sample(method=method, n=n, seed=seed, fields=fields)))
 
 
 def test_blocks_multiply_and_every_run_has_its_values():
@@ -139,11 +139,11 @@ def test_the_sweep_in_the_documentation_is_one():
     page = (PACKAGE.parent / "docs" / "batch.md").read_text(encoding="utf-8")
     found = plan(page.partition("## The file")[2].split("```")[1])
     assert found.count == 2 * 2 * 3 * 7 * 2 * 20 * 3
-    assert found.swept[-3:] == [
-        Swept("fabric.thickness", False, True), Swept("fabric.macro.bending_stiffness.warp", True, True),
-        Swept("model.macro.element_size", False, True),
+    assert found.swept_fields[-3:] == [
+        SweptField("fabric.thickness", False, True), SweptField("fabric.macro.bending_stiffness.warp", True, True),
+        SweptField("model.macro.element_size", False, True),
     ]  # fmt: skip
-    first = replace(found, axes=[axis for axis in found.axes if not axis.chance][:5], cases=found.cases[:1])
+    first = replace(found, axes=[axis for axis in found.axes if not axis.is_random][:5], cases=found.cases[:1])
     assert all(row.trial for row in first.rows())
 
 

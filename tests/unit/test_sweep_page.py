@@ -10,11 +10,11 @@ from html_page import HtmlPage, near
 from knittest.base.errors import ResourceError
 from knittest.base.figure import new_figure
 from knittest.cli.main import run
-from knittest.report_page.pictures import light
+from knittest.report_page.pictures import compress_picture
 from knittest.studies.batch import command
 from knittest.studies.batch.command import BatchOptions, run_batch
-from knittest.studies.batch.picture import _experiment, _Group, _scale, shown_results
-from knittest.studies.batch.plan import Swept
+from knittest.studies.batch.picture import _draw_experiment, _Group, _scale, results_to_draw
+from knittest.studies.batch.plan import SweptField
 from knittest.studies.trials.trial import Record, record_of
 
 SWEEP = """
@@ -81,7 +81,7 @@ def test_a_sweep_has_its_runs_with_states_reasons_links_picture_and_command(batc
     table = pd.read_csv(batch / "results.csv")
     links = [a.get("href") for a in page.section("runs").iter("a")]
     assert links == [f"{table.folder[0]}/report.html", f"{table.folder[1]}/", f"{table.folder[2]}/"]
-    assert [e.get("src") for e in page.all("img")] == [light((batch / "overview.png").read_bytes())]
+    assert [e.get("src") for e in page.all("img")] == [compress_picture((batch / "overview.png").read_bytes())]
     text = page.text(page.section("repeat"))
     assert "knittest batch sweep.yaml" in text and "grid: {rig.width: [20, 30, 40, 50]}" in text
     assert "No trial has a manifest." in text
@@ -164,11 +164,13 @@ def test_what_is_not_given_stands_as_null_in_table_page_and_picture(tmp_path, mo
 
 def test_the_picture_has_places_for_null_forces_per_width_and_experiments_without_scatter():
     values = pd.Series(["null", 1.0, 2.5], dtype=object)
-    assert list(_scale(values, Swept(DRAW_IN, False, False)).places(values)) == [0.0, 1.0, 2.0]
+    assert list(_scale(values, SweptField(DRAW_IN, False, False)).places(values)) == [0.0, 1.0, 2.0]
     table = pd.DataFrame({"peak_force_n": [100.0, 200.0], "peak_force_n_per_mm": [10.0, 10.0]})
-    assert shown_results(table) == ["peak_force_n_per_mm"]
-    assert shown_results(table.assign(peak_force_n=[100.0, 100.0])) == ["peak_force_n", "peak_force_n_per_mm"]
-    assert shown_results(table[["peak_force_n"]]) == ["peak_force_n"]
+    assert results_to_draw(table) == ["peak_force_n_per_mm"]
+    assert results_to_draw(table.assign(peak_force_n=[100.0, 100.0])) == ["peak_force_n", "peak_force_n_per_mm"]
+    assert results_to_draw(table[["peak_force_n"]]) == ["peak_force_n"]
     axes = new_figure(1, 1).add_subplot()
-    _experiment(axes, _Group("", "k", pd.DataFrame({"a_experiment_mean": [1.0], "a_experiment_sd": [np.nan]})), "a")
+    _draw_experiment(
+        axes, _Group("", "k", pd.DataFrame({"a_experiment_mean": [1.0], "a_experiment_sd": [np.nan]})), "a"
+    )
     assert len(axes.lines) == 1 and not axes.patches

@@ -16,15 +16,22 @@ from export_sample import quality
 
 from knittest.base.history import Quality
 from knittest.base.layout import table
-from knittest.base.progress import Progress, Status, duration, fitted
-from knittest.base.result_rows import _number
-from knittest.config.gates import gates_of
+from knittest.base.progress import Progress, Status, duration, fit_line
+from knittest.base.result_rows import _number_text
 from knittest.config.loading import resolve
+from knittest.config.quality_checks import quality_checks_of
 from knittest.config.run import Run
-from knittest.laboratory.judging import by_gate
+from knittest.laboratory.quality_checks import evaluate_check
 from knittest.laboratory.report_base import TESTS
-from knittest.runs.show import HEADER, print_json, print_refused, print_results, quality_lines, results_table
 from knittest.runs.specimen import Watcher
+from knittest.runs.terminal_output import (
+    HEADER,
+    print_json,
+    print_rejected,
+    print_results,
+    quality_lines,
+    results_table,
+)
 
 COMPILING = "compiling kernels (once, about 20 s)"
 NOT_COMPARED = "not compared with the experiment"
@@ -78,11 +85,11 @@ def drive(stream: io.StringIO, until_failure: bool = True, **options: Any) -> No
 @pytest.mark.parametrize("until_failure", [False, True])
 def test_bar_percents_and_time_left_stay_in_a_line_of_the_terminal(width, text, until_failure) -> None:
     status = Status(0.25, 1234.567, 0.112, 0.003, 4000.0, until_failure)
-    named, bar, told = fitted(text, status, width)
+    named, bar, told = fit_line(text, status, width)
     assert len(named) + 1 + bar + 1 + len(" 25 %") + 1 + len(told) <= width
     assert bar >= 10 and told.startswith("ETA 1:06:40") and named[:10] == text[:10]
     assert len(named) == len(text) or bar == 10  # a name is cut last
-    assert fitted("warp", status, 132) == ("warp", 30, status.text())  # a wide one shows everything
+    assert fit_line("warp", status, 132) == ("warp", 30, status.text())  # a wide one shows everything
 
 
 @pytest.mark.parametrize("columns", [60, 80])
@@ -179,7 +186,7 @@ def test_parallel_runs_and_resumed_ones_report_themselves(kind) -> None:
         store: Any = SimpleNamespace(interval=1.0)
         Watcher(store, 0, "warp", True, progress, print).resumed(0.637, 5.2)
         clock.now += 3.0
-        progress.ended("weft, beside", 75.31)
+        progress.report_done("weft, beside", 75.31)
     assert "weft, beside: done in 75.3 s" in stream.getvalue() and "running in parallel: done" not in stream.getvalue()
     assert "warp: resumed at 5.2 ms, 64 % of the test" in stream.getvalue()
 
@@ -238,8 +245,8 @@ def test_the_relaxed_fabric_is_one_line_under_the_table() -> None:
 def test_the_brief_output_has_checks_few_warnings_folder_and_no_more() -> None:
     """Also no warning of a check that passed near its limit, in the words of the laboratory."""
     run = resolve(variant="2", scale="macro")
-    gate = next(one for one in gates_of(run) if one.key == "ke_over_ie_max")
-    near = by_gate(run, Quality(0.04, 0.0, 0.0, 0.0, 0.0, True, ()), gate).warnings
+    gate = next(one for one in quality_checks_of(run) if one.key == "ke_over_ie_max")
+    near = evaluate_check(run, Quality(0.04, 0.0, 0.0, 0.0, 0.0, True, ()), gate).warnings
     assert len(near) == 1
     gates = Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, (), (*near, "a", "b", "c", "d"))
     table, _, below = printed(weft(gates), weft(gates), details=False).partition("\n\n")
@@ -259,7 +266,7 @@ def test_a_run_that_fails_checks_is_not_compared_and_every_output_has_the_reason
     assert len(rows) == 2 and {line[3:6] for line in rows} == {("-", "-", "-")}
     lines = quality_lines(failed)
     assert f"FAILED, {NOT_COMPARED}" in lines[0] and lines[1] == "  failed: kinetic energy 9 %"
-    print_refused([weft(), failed], stream)
+    print_rejected([weft(), failed], stream)
     reasons = f"{NOT_COMPARED}: kinetic energy 9 %; added mass 6 %"
     assert stream.getvalue() == f"knittest: {weft().folder}: {reasons}\n"
 
@@ -331,7 +338,7 @@ def test_json_is_one_object_without_nan() -> None:
 
 def test_a_closed_standard_output_ends_in_silence() -> None:
     script = (
-        "from knittest.runs.show import print_json\n"
+        "from knittest.runs.terminal_output import print_json\n"
         "print_json({'a': list(range(200000))})\nprint_json({'a': 1})\nimport sys; print('end', file=sys.stderr)"
     )
     process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -349,4 +356,4 @@ def test_a_closed_standard_output_ends_in_silence() -> None:
     ],
 )  # fmt: skip
 def test_small_numbers_keep_two_digits(value: float, form: str, text: str) -> None:
-    assert _number(value, form) == text
+    assert _number_text(value, form) == text

@@ -17,7 +17,7 @@ from knittest.base.errors import InputError
 from knittest.base.history import Body, Frame
 from knittest.export.meshes import write_frames
 from knittest.laboratory.forming.tool_check import moved_tools
-from knittest.report_page.moving.page import view
+from knittest.report_page.moving.page import write_view
 from knittest.report_page.moving.recording import read_recording
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
@@ -54,7 +54,7 @@ def test_the_view_has_them_as_they_move_and_the_specimen_as_without(tmp_path: Pa
     recording = read_recording(folder)
     count = len(recording.time)
     assert recording.position.shape == (count, *shell_history().frames[0].position.shape)
-    header, data = parts(view(folder))
+    header, data = parts(write_view(folder))
     for told, tool in zip(header["bodies"], TOOLS, strict=True):
         assert told["name"] == tool.name
         np.testing.assert_allclose(told["offset"], tool.offset, atol=1e-5)
@@ -94,7 +94,7 @@ def test_a_browser_draws_them_and_moves_them(tmp_path: Path) -> None:
     folder, history, shots = write_run(tmp_path / "run"), shell_history(), []
     history.frames[:] = [replace(history.frames[0], time=time) for time in (0.0, 1.0, 2.0)]
     write_frames(folder, history, TOOLS)
-    page = view(folder).as_uri()
+    page = write_view(folder).as_uri()
     for state in ("frame=1&look=side", "frame=3&look=side"):
         dom, shot = drawn(tmp_path, f"{page}#{state}", "800,700")
         assert "stamp" in dom and "die" in dom

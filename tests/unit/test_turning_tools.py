@@ -17,8 +17,8 @@ from knittest.base.history import Body
 from knittest.export import shading
 from knittest.export.meshes import write_frames
 from knittest.export.shading import View
-from knittest.report_page.loading import load_run
-from knittest.report_page.moving.page import view
+from knittest.report_page.loaded_run import load_run
+from knittest.report_page.moving.page import write_view
 from knittest.report_page.moving.recording import ToolLayers, read_recording, scales_of
 from knittest.report_page.moving.stage import CLOCK, DPI, Stage
 
@@ -46,11 +46,11 @@ def test_a_bar_is_read_back_and_is_on_the_line_between_frames(folder: Path) -> N
     np.testing.assert_allclose(read.place(1)[0], [20.0, 2.0, 8.0], atol=1e-9)  # 5 mm along x has become 5 along y
     (body,) = recording.bodies_at(float(0.75 * recording.time[0] + 0.25 * recording.time[1]))
     np.testing.assert_allclose(body.place(0), 0.75 * BAR.place(0) + 0.25 * BAR.place(1), atol=1e-9)
-    np.testing.assert_allclose(recording.thinned(2).bodies[0].place(1), BAR.place(2), atol=1e-9)
+    np.testing.assert_allclose(recording.with_fewer_frames(2).bodies[0].place(1), BAR.place(2), atol=1e-9)
 
 
 def test_the_view_has_its_matrices(folder: Path) -> None:
-    (told,) = parts(view(folder))[0]["bodies"]
+    (told,) = parts(write_view(folder))[0]["bodies"]
     turn, offset = np.array(told["turn"]).reshape(-1, 3, 3), np.array(told["offset"])
     for frame in range(3):
         np.testing.assert_allclose(STRIP @ turn[frame].T + offset[frame], BAR.place(frame), atol=1e-3)
@@ -70,7 +70,7 @@ def test_a_film_draws_it_where_it_is_at_each_moment() -> None:
     seen = View(0.0, 40.0, 0.0, 40.0, 0.5)
     layers, below = ToolLayers([BAR], np.eye(3), seen), np.full(seen.shape, -np.inf)
     for frame, (left, bottom, right, top) in ((0, (5, 0, 35, 3)), (1, (17, 2, 20, 32))):
-        shown = layers.around(below, [BAR.between(frame, frame, 0.0)])[1][..., 3] > 0.0
+        shown = layers.around(below, [BAR.interpolate(frame, frame, 0.0)])[1][..., 3] > 0.0
         rows, columns = np.flatnonzero(shown.any(axis=1)), np.flatnonzero(shown.any(axis=0))
         found = [columns[0], rows[0], columns[-1] + 1, rows[-1] + 1]
         np.testing.assert_allclose(0.5 * np.array(found), [left, bottom, right, top], atol=0.51)
@@ -79,9 +79,9 @@ def test_a_film_draws_it_where_it_is_at_each_moment() -> None:
 def test_large_triangles_are_drawn_in_pieces_as_if_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     seen, rng = View(0.0, 60.0, 0.0, 50.0, 0.25), np.random.default_rng(4)
     corners = rng.uniform(-10.0, 70.0, (6, 3, 3))
-    height, light = shading.nearest(corners, seen)
+    height, light = shading.render_triangles(corners, seen)
     monkeypatch.setattr(shading, "_WHOLE", np.inf)
-    whole, lit = shading.nearest(corners, seen)
+    whole, lit = shading.render_triangles(corners, seen)
     assert np.isfinite(whole).mean() > 0.2
     np.testing.assert_array_equal(np.isfinite(height), np.isfinite(whole))
     np.testing.assert_allclose(height, whole, atol=1e-9)
@@ -107,7 +107,7 @@ def test_a_browser_turns_it(tmp_path: Path) -> None:
     folder, history, shots = write_run(tmp_path / "run"), shell_history(), []
     history.frames[:] = [replace(history.frames[0], time=time) for time in (0.0, 1.0, 2.0)]
     write_frames(folder, history, (replace(BAR, offset=np.zeros_like(OFFSET)),))
-    page = view(folder).as_uri()
+    page = write_view(folder).as_uri()
     for frame in (1, 2):
         shots.append(drawn(tmp_path, f"{page}#frame={frame}&look=top", "800,700")[1][100:-130])
     changed = (np.abs(shots[0] - shots[1]).max(axis=2) > 0.02).sum(axis=1)

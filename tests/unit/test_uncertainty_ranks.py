@@ -8,7 +8,7 @@ from calibration_cases import Pretending
 from html_page import HtmlPage
 from uncertainty_cases import STUDY, outcome, shearing, study, values, variable
 
-from knittest.studies.uncertainty.indices import no_regression, rank_regression
+from knittest.studies.uncertainty.indices import no_regression_reason, rank_regression
 from knittest.studies.uncertainty.problem import design
 
 RESULT = Path("runs/uncertainty-u")
@@ -31,8 +31,10 @@ def test_points_without_a_number_are_left_out_of_a_regression_and_too_few_have_n
     values_ = drawn @ [4.0, -2.0, 0.0]
     gone = np.where(np.arange(32) % 3 == 0, np.nan, values_)
     assert rank_regression(drawn, gone, 1).coefficient == pytest.approx([0.9, -0.45, 0.0], abs=0.1)
-    assert no_regression(drawn, gone) == "" and no_regression(drawn, np.zeros(32)) != ""
-    assert no_regression(drawn, np.where(np.arange(32) < 8, values_, np.nan)).startswith("8 points have a result")
+    assert no_regression_reason(drawn, gone) == "" and no_regression_reason(drawn, np.zeros(32)) != ""
+    assert no_regression_reason(drawn, np.where(np.arange(32) < 8, values_, np.nan)).startswith(
+        "8 points have a result"
+    )
 
 
 def test_a_sample_runs_two_parts_only_and_ranks_what_ran(tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from uncertainty_cases import STUDY, outcome, shearing, study, values
 from knittest.base.errors import InputError
 from knittest.cli.main import run
 from knittest.config.yaml_loader import parse_document
-from knittest.report_page.pictures import light
+from knittest.report_page.pictures import compress_picture
 from knittest.studies.uncertainty.problem import problem_of
 
 FOLDER = Path("runs/uncertainty-u")
@@ -143,7 +143,7 @@ def test_the_page_has_bands_shares_indices_priors_differences_and_what_was_lost(
     gone = page.text(page.section("lost"))
     assert "refused on purpose" in gone and f"Runs that lack a result: {len(lost['lost'])}" in gone
     assert "have no valid result" in page.text(page.section("summary"))
-    pictures = [light((FOLDER / name).read_bytes()) for name in ("bands.png", "indices.png")]
+    pictures = [compress_picture((FOLDER / name).read_bytes()) for name in ("bands.png", "indices.png")]
     assert [e.get("src") for e in page.all("img")] == pictures
     before = (FOLDER / "report.html").read_bytes()
     assert run(["report", str(FOLDER)]) == 0 and (FOLDER / "report.html").read_bytes() == before

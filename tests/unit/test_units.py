@@ -5,7 +5,7 @@ import math
 import pytest
 
 from knittest.base.units import FACTOR, UNITS, ratio, ratios, to_kernel
-from knittest.config.base import ALTERNATIVES, in_field_unit
+from knittest.config.base import ALTERNATIVES, convert_to_field_unit
 from knittest.experiment import lab_units
 
 #: one of each quantity in SI, and in kernel units (mm, ms, g, N, MPa)
@@ -52,7 +52,7 @@ def test_slips_and_files_know_no_other_factors() -> None:
     assert lab_units.QUANTITIES["force"] == {
         "N": 1.0, "kN": 1e3, "daN": 10.0, "cN": 1e-2, "mN": 1e-3, "kgf": 9.80665, "lbf": 4.4482216152605,
     }  # fmt: skip
-    assert lab_units.known("kg/m²", lab_units.QUANTITIES["mass per area"]) == "kg/m2"
-    assert lab_units.known("μm", lab_units.QUANTITIES["length"]) == "um"
-    assert in_field_unit(12.0, "N/m", "N/mm") == "0.012" and in_field_unit(7.0, "rows", "rows") == "7"
-    assert in_field_unit(7.0, "m", "N") is None
+    assert lab_units.find_unit("kg/m²", lab_units.QUANTITIES["mass per area"]) == "kg/m2"
+    assert lab_units.find_unit("μm", lab_units.QUANTITIES["length"]) == "um"
+    assert convert_to_field_unit(12.0, "N/m", "N/mm") == "0.012" and convert_to_field_unit(7.0, "rows", "rows") == "7"
+    assert convert_to_field_unit(7.0, "m", "N") is None

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from report_sample import write_run
 
-from knittest.base.history import History, Mesh, peaks_beyond, unjudged_note
+from knittest.base.history import History, Mesh, peaks_after_failure, unchecked_peak_note
 from knittest.laboratory.report_base import REPORTS
-from knittest.report_page.loading import load_run
+from knittest.report_page.loaded_run import load_run
 from knittest.report_page.results import results
 
 NO_MESH = Mesh("beams", np.zeros((0, 2), np.int64), np.zeros(0, np.int64), (), np.zeros(0, np.int64), np.zeros(0))
@@ -20,24 +20,24 @@ def history(first_failure: int | None) -> History:
 
 
 def test_a_peak_beyond_the_first_failure_is_found_where_the_energies_have_it():
-    found = peaks_beyond([history(7)], "strain_pct", [1.3])
+    found = peaks_after_failure([history(7)], "strain_pct", [1.3])
     assert found == {"specimens": 1, "first_failure_pct": [0.875], "peak_pct": [1.3]}
-    note = unjudged_note(found)
+    note = unchecked_peak_note(found)
     assert "0.88 %" in note and "1.30 %" in note
 
 
 @pytest.mark.parametrize(("failure", "peak"), [(None, 1.3), (13, 1.625), (14, 1.3)])
 def test_nothing_is_said_of_a_peak_that_is_judged(failure, peak):
-    assert peaks_beyond([history(failure)], "strain_pct", [peak]) is None
-    assert unjudged_note(None) == ""
+    assert peaks_after_failure([history(failure)], "strain_pct", [peak]) is None
+    assert unchecked_peak_note(None) == ""
     # strains that two digits do not tell apart are not worth a line
-    assert unjudged_note({"specimens": 1, "first_failure_pct": [1.601], "peak_pct": [1.604]}) == ""
+    assert unchecked_peak_note({"specimens": 1, "first_failure_pct": [1.601], "peak_pct": [1.604]}) == ""
 
 
 def test_of_an_ensemble_those_that_lie_beyond_are_counted():
-    found = peaks_beyond([history(7), history(None), history(9)], "strain_pct", [1.3, 1.2, 1.45])
+    found = peaks_after_failure([history(7), history(None), history(9)], "strain_pct", [1.3, 1.2, 1.45])
     assert found == {"specimens": 3, "first_failure_pct": [0.875, 1.125], "peak_pct": [1.3, 1.45]}
-    note = unjudged_note(found)
+    note = unchecked_peak_note(found)
     assert all(text in note for text in ("0.88 to 1.12 %", "1.30 to 1.45 %", "2 of 3 specimens"))
 
 

@@ -3,9 +3,9 @@
 import pytest
 
 from knittest.base.files import configs_dir
-from knittest.config.doubtful import unread_note
 from knittest.config.loading import resolve
-from knittest.config.starting import fabric_template, taken_over
+from knittest.config.suspicious_values import unused_change_warning
+from knittest.config.templates import copy_as_assumed, fabric_template
 from knittest.runs.preflight.model import model_facts
 from knittest.runs.specimen import prepare
 
@@ -16,7 +16,7 @@ OWN_CARD = [
 
 
 def note(*sets: str, **more) -> str:
-    return unread_note(resolve(**({"variant": "1", "scale": "macro", "sets": list(sets)} | more)))
+    return unused_change_warning(resolve(**({"variant": "1", "scale": "macro", "sets": list(sets)} | more)))
 
 
 def test_densities_of_shells_are_named_with_what_to_do():
@@ -65,7 +65,7 @@ def test_stiffness_in_the_plane_which_no_shipped_card_has_makes_no_own_card():
 
 def test_a_fabric_started_from_a_shipped_one_is_compared_with_it(tmp_path):
     like = resolve(variant="1", parameters="as-measured").fabric
-    text = fabric_template(taken_over(like, "mine"), like.name)
+    text = fabric_template(copy_as_assumed(like, "mine"), like.name)
     assert "derived from the yarns when a run needs them" in text.partition("\nname:")[0]
     path = tmp_path / "mine.yaml"
     path.write_text(text)

@@ -17,9 +17,9 @@ from docs.validation_fabric import verdict as cell_verdict
 from docs.validation_rows import rows_of, trivial
 from knittest.config.fabric import yarn_area_mass
 from knittest.config.loading import resolve
-from knittest.fabric import relax
+from knittest.fabric import relaxation
 from knittest.fabric.cell import CellSpec
-from knittest.fabric.relax import start_curves
+from knittest.fabric.relaxation import start_curves
 
 OPTIONS = {
     "test": "tensile", "variant": "1", "scale": "meso", "preset": "paper", "direction": "weft",
@@ -198,8 +198,10 @@ def test_the_error_of_a_cell_is_that_of_one_with_finer_yarns(monkeypatch):
     """Of second order, with 1.5 times the nodes and a safety of 3: 5.4 times the change."""
     cells = {1.0: (2.0, 900.0), stored_cells.FINER: (2.01, 899.5)}
     spec = SimpleNamespace(wale=1.0, course=1.0)
-    monkeypatch.setattr(relax, "relaxed_cell", lambda *_: SimpleNamespace(spec=spec, crimp=lambda _: 0.01, size=1.0))
-    monkeypatch.setattr(relax, "relax_cell", lambda _, finer: SimpleNamespace(spec=spec, size=finer))
+    monkeypatch.setattr(
+        relaxation, "relaxed_cell", lambda *_: SimpleNamespace(spec=spec, crimp=lambda _: 0.01, size=1.0)
+    )
+    monkeypatch.setattr(relaxation, "relax_cell", lambda _, finer: SimpleNamespace(spec=spec, size=finer))
     names = ("thickness_mm", "area_mass_g_m2")
     monkeypatch.setattr(stored_cells, "_numbers", lambda _, cell: dict(zip(names, cells[cell.size], strict=True)))
     found = stored_cells.relaxed("1")

@@ -9,7 +9,7 @@ from docs.stored_runs import StoredRun, inputs_of
 from docs.validation_sets import bending_lines, law_lines, moved, pairs, shear_lines, tension_lines
 from knittest.base.files import data_dir
 from knittest.config.loading import resolve
-from knittest.laboratory.picture_frame.shear_law import hangs_on
+from knittest.laboratory.picture_frame.shear_law import deciding_numbers
 from knittest.materials.yarn_section import patch_radius
 
 QUALITY, COST = {"ke_over_ie_max": 0.02, "energy_error_max": 0.001}, {"elements": 1, "steps": 1, "cpu_s": 5.0}
@@ -46,7 +46,7 @@ def test_the_law_of_shells_is_that_of_frames_of_the_same_yarns(variant, paramete
     shells, yarns = (resolve(variant=variant, scale=scale, parameters=parameters).fabric for scale in ("macro", "meso"))
     head = (data_dir() / shells.macro.shear.curve).read_text().split("shear_angle_deg")[0]
     assert f"picture frame of yarns, pham2019-v{variant} ({parameters}), 100 mm" in head
-    for name, number in hangs_on(yarns).items():
+    for name, number in deciding_numbers(yarns).items():
         assert f"# {name}: {number.value:g} ({number.source})\n" in head
 
 

@@ -15,14 +15,14 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.interrupts import Interrupts
 from knittest.base.result_rows import UNRESOLVED, result_rows, verdict_of
 from knittest.config.loading import resolve
-from knittest.laboratory.after_rest import SPEED
 from knittest.laboratory.numerical_error import NOT_ESTIMATED, UNFINISHED, error_notes
+from knittest.laboratory.restart import SPEED
 from knittest.report_page.page import write_report
 from knittest.runs.options import RunOptions
-from knittest.runs.show import error_lines, results_table
+from knittest.runs.terminal_output import error_lines, results_table
 from knittest.studies import command, verify
 from knittest.studies.trials.trial import Record, trial_of
-from knittest.studies.verify import finished, first_alone, unverified, verified
+from knittest.studies.verify import first_specimen_run, needs_verification, read_outcome, verify_outcome
 
 VERIFY = {"sets": ["output.verify=true"]}
 PEAK, STRAIN = 5666.25, 1.578125
@@ -53,7 +53,7 @@ def verified_run(folder: Path, monkeypatch: pytest.MonkeyPatch, *changed: Any, *
     write_run(folder, **(VERIFY | {"preset": "quick"} | chosen))
     repeats(monkeypatch, *changed)
     run = resolve(config=folder / "config.yaml")
-    return verified(finished(run, folder), RunOptions(quiet=True), Interrupts())
+    return verify_outcome(read_outcome(run, folder), RunOptions(quiet=True), Interrupts())
 
 
 def test_the_summary_carries_changes_error_and_what_was_repeated(tmp_path: Path, monkeypatch: Any) -> None:
@@ -67,7 +67,7 @@ def test_the_summary_carries_changes_error_and_what_was_repeated(tmp_path: Path,
     half, mesh = summary["verification"]["half_speed"], summary["verification"]["mesh"]
     assert (half["setting"], half["value"], half["other_value"]) == ("solver.speed", "0.5 m/s", "0.25 m/s")
     assert (mesh["value"], mesh["other_value"], mesh["status"], mesh["cpu_s"]) == ("10 mm", "16.7 mm", "completed", 3.5)
-    assert mesh["folder"].startswith("verify/trials/") and not unverified(tmp_path / "r", outcome.run)
+    assert mesh["folder"].startswith("verify/trials/") and not needs_verification(tmp_path / "r", outcome.run)
     per_yarn = summary["numerical_error"]["force_per_yarn_n"]
     assert per_yarn["error"] is None and per_yarn["reason"] == "no number at half the speed"
 
@@ -107,20 +107,22 @@ def test_a_finer_mesh_takes_the_place_of_a_coarser_one_that_is_refused(tmp_path:
 
 
 def test_a_crash_is_tried_again_and_a_refusal_is_not(tmp_path: Path, monkeypatch: Any) -> None:
-    assert unverified(tmp_path / "a", verified_run(tmp_path / "a", monkeypatch, 1.0, "crashed").run)
-    assert unverified(tmp_path / "t", verified_run(tmp_path / "t", monkeypatch, "blocked", 1.0).run)
-    assert not unverified(tmp_path / "s", verified_run(tmp_path / "s", monkeypatch, "timeout", 1.0).run)
-    assert not unverified(tmp_path / "b", verified_run(tmp_path / "b", monkeypatch, 1.0, "refused", "refused").run)
+    assert needs_verification(tmp_path / "a", verified_run(tmp_path / "a", monkeypatch, 1.0, "crashed").run)
+    assert needs_verification(tmp_path / "t", verified_run(tmp_path / "t", monkeypatch, "blocked", 1.0).run)
+    assert not needs_verification(tmp_path / "s", verified_run(tmp_path / "s", monkeypatch, "timeout", 1.0).run)
+    assert not needs_verification(
+        tmp_path / "b", verified_run(tmp_path / "b", monkeypatch, 1.0, "refused", "refused").run
+    )
     refused = verified_run(tmp_path / "r", monkeypatch, failures=("kinetic energy",))
     assert "numerical_error" not in refused.summary and error_lines([refused]) == []
-    assert not unverified(tmp_path / "r", refused.run)
+    assert not needs_verification(tmp_path / "r", refused.run)
 
 
 def test_of_an_ensemble_the_first_specimen_is_repeated(tmp_path: Path, monkeypatch: Any) -> None:
     write_run(tmp_path / "r", specimens=3, preset="quick", **VERIFY)
     asked = repeats(monkeypatch, 1.0, 1.1)
     run = resolve(config=tmp_path / "r" / "config.yaml")
-    outcome = verified(finished(run, tmp_path / "r"), RunOptions(quiet=True), Interrupts())
+    outcome = verify_outcome(read_outcome(run, tmp_path / "r"), RunOptions(quiet=True), Interrupts())
     assert [(t.run.variability.specimens, t.run.variability.mode, t.run.output.verify) for t in asked] == [
         (1, "random", False)
     ] * 2
@@ -131,12 +133,12 @@ def test_of_an_ensemble_the_first_specimen_is_repeated(tmp_path: Path, monkeypat
     results[SPEED] = {"mean": 0.4, "sd": 0.1, "values": [0.3, 0.4, 0.5]}
     edit_json(tmp_path / "r" / "summary.json", results=results)
     asked = repeats(monkeypatch, 1.0, 1.1)
-    verified(finished(run, tmp_path / "r"), RunOptions(quiet=True), Interrupts())
+    verify_outcome(read_outcome(run, tmp_path / "r"), RunOptions(quiet=True), Interrupts())
     assert [t.run.solver.speed for t in asked] == [0.15, 0.3]
 
 
 def test_a_repeat_that_lowered_its_speed_is_none(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr(verify, "kept_speed", lambda run, results: run.solver.speed > 0.3)
+    monkeypatch.setattr(verify, "has_configured_speed", lambda run, results: run.solver.speed > 0.3)
     outcome = verified_run(tmp_path / "r", monkeypatch, 1.0, 1.1)
     peak = outcome.summary["numerical_error"]["peak_force_n"]
     assert peak["error"] is None and peak["reason"] == "solver.speed 0.25 m/s: restarted at a lower speed"
@@ -181,7 +183,7 @@ def test_a_deviation_from_one_specimen_carries_the_error_in_percent(tmp_path: Pa
 
 def test_a_run_that_was_not_repeated_says_so_once(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "r")
-    outcome = finished(resolve(config=folder / "config.yaml"), folder)
+    outcome = read_outcome(resolve(config=folder / "config.yaml"), folder)
     assert error_lines([outcome, outcome]) == [NOT_ESTIMATED]
     write_report(folder)
     page = HtmlPage(folder / "report.html")
@@ -232,21 +234,21 @@ def test_a_damaged_summary_is_an_error_of_input(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "r", **VERIFY)
     run = resolve(config=folder / "config.yaml")
     edit_json(folder / "summary.json", quality={"ke_over_ie_max": None, "more": 1})
-    quality = finished(run, folder).quality
+    quality = read_outcome(run, folder).quality
     assert math.isnan(quality.ke_over_ie_max) and quality.failures == ()
     (folder / "summary.json").write_text('{"results": {}}')
     with pytest.raises(InputError, match="no cost"):
-        unverified(folder, run)
+        needs_verification(folder, run)
     (folder / "summary.json").write_text("{")
     with pytest.raises(InputError, match="not the summary"):
-        finished(run, folder)
+        read_outcome(run, folder)
 
 
 def test_a_trial_is_one_run() -> None:
     run = resolve(test="tensile", variant="1", direction="warp", **VERIFY)
     with pytest.raises(InputError, match=r"output\.verify"):
         trial_of(run)
-    assert trial_of(first_alone(run)).run.output == run.output.model_copy(update={"verify": False})
+    assert trial_of(first_specimen_run(run)).run.output == run.output.model_copy(update={"verify": False})
 
 
 def test_the_option_asks_for_it(monkeypatch: Any) -> None:

@@ -10,23 +10,23 @@ from knittest.config.loading import resolve
 from knittest.kernels import explicit
 from knittest.runs.preflight.model import model_facts, model_lines
 from knittest.runs.specimen import prepare
-from knittest.solve import compiling, exercise
+from knittest.solve import compilation, tiny_models
 
 
 @pytest.fixture
 def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
     """Messages on warming the macro kernels on so many threads, and what is compiled, without compiling anything."""
     compiled: list[str] = []
-    monkeypatch.setattr(compiling, "CODE_FOLDER", tmp_path)
-    monkeypatch.setattr(compiling, "CODE_FOLDER", tmp_path)
-    monkeypatch.setattr(compiling, "Exercise", lambda _: SimpleNamespace(whole=lambda: None))
-    monkeypatch.setattr(compiling, "compiling", lambda *kernels: nullcontext(compiled.extend(kernels)))
+    monkeypatch.setattr(compilation, "CODE_FOLDER", tmp_path)
+    monkeypatch.setattr(compilation, "CODE_FOLDER", tmp_path)
+    monkeypatch.setattr(compilation, "TinyModel", lambda _: SimpleNamespace(run_all=lambda: None))
+    monkeypatch.setattr(compilation, "compile_in_background", lambda *kernels: nullcontext(compiled.extend(kernels)))
 
     def say(threads: int = 1) -> tuple[str, list[str]]:
-        monkeypatch.setattr(compiling, "_warm", set())
+        monkeypatch.setattr(compilation, "_warm", set())
         compiled.clear()
         phases: list[str] = []
-        compiling.warm(resolve(variant="1", scale="macro"), SimpleNamespace(phase=phases.append), threads)
+        compilation.load_kernels(resolve(variant="1", scale="macro"), SimpleNamespace(phase=phases.append), threads)
         return phases[0], list(compiled)
 
     return say
@@ -34,7 +34,7 @@ def said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
 
 def _complete(kernels: str) -> None:
     """Marker that a process leaves which compiled ``kernels``."""
-    marker = compiling._marker(kernels)
+    marker = compilation._marker(kernels)
     assert marker is not None
     marker.touch()
 
@@ -65,14 +65,14 @@ def test_a_process_compiles_while_the_run_prepares_and_is_ended_with_it(said, mo
         yield
         under_way.clear()
 
-    monkeypatch.setattr(compiling, "compiling", process)
-    monkeypatch.setattr(compiling, "_warm", set())
+    monkeypatch.setattr(compilation, "compile_in_background", process)
+    monkeypatch.setattr(compilation, "_warm", set())
     run = resolve(variant="1", scale="meso")
-    with compiling.compiling_for(run):
+    with compilation.compile_run_in_background(run):
         assert under_way == ["meso"]
     assert under_way == []
     _complete("meso")
-    with compiling.compiling_for(run):
+    with compilation.compile_run_in_background(run):
         assert under_way == []
 
 
@@ -82,18 +82,18 @@ def test_preflight_says_where_the_area_mass_comes_from() -> None:
 
 
 def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatch) -> None:
-    for module in (compiling, compiling):
+    for module in (compilation, compilation):
         monkeypatch.setattr(module, "CODE_FOLDER", None)
     assert said() == ("compiling the macro kernels (no cache)", [])
-    with compiling.compiling_for(resolve(variant="1", scale="macro")):
+    with compilation.compile_run_in_background(resolve(variant="1", scale="macro")):
         pass
     assert said()[1] == []
 
 
 @pytest.mark.parametrize("kernels", ["meso", "macro"])
 def test_stages_that_compile_side_by_side_call_the_step_they_are_for(kernels: str) -> None:
-    stages = exercise.Exercise(kernels)
-    for stage in (stages.elements, stages.nodes, stages.between, stages.step):
+    stages = tiny_models.TinyModel(kernels)
+    for stage in (stages.elements, stages.nodes, stages.run_between_steps, stages.step):
         stage()
     entry = explicit.advance_yarns_alone if kernels == "meso" else explicit.advance_fabric_alone
     assert entry.signatures

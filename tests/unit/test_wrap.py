@@ -10,10 +10,17 @@ import pytest
 from test_gates import PREPARED, ROWS, history, judged, run_of
 
 from knittest.base.errors import NumericalError
-from knittest.base.history import UNIQUE, Rest, of_all, rest_line, rest_numbers, rest_rows
-from knittest.laboratory.judging import Span, assess
+from knittest.base.history import (
+    UNIQUE,
+    InitialEquilibrium,
+    equilibrium_line,
+    equilibrium_numbers,
+    equilibrium_rows,
+    with_common_names,
+)
+from knittest.laboratory.quality_checks import Span, assess
 from knittest.models.chains import Chain, build_chains
-from knittest.models.crossings import Curve, at_rest, least_wrap, wrap
+from knittest.models.crossings import Curve, initial_equilibrium, least_wrap_ratio, wrap_ratio
 from knittest.pose import YarnContact, round_section
 from knittest.solve.guards import check_balance
 from knittest.solve.state import SimulationCost
@@ -50,7 +57,7 @@ def wraps(*chains: Chain) -> float:
     """Least wrap of the loops in the middle of ``chains`` of a warp and loops."""
     model = build_chains(list(chains), ("warp", "knit"), YarnContact(50.0, 0.0, 0.0, 0.0))
     model.prepare()
-    found = at_rest(model)
+    found = initial_equilibrium(model)
     assert found is not None
     return found.wrap
 
@@ -58,25 +65,25 @@ def wraps(*chains: Chain) -> float:
 @pytest.mark.parametrize("angle", [15.0, 40.0, 90.0])
 def test_straight_lines_give_the_square_of_the_sine(angle: float):
     turned = np.cos(np.deg2rad(angle)) * X + np.sin(np.deg2rad(angle)) * Y
-    (found,) = wrap(curve(1.0, X), curve(0.0, turned))
+    (found,) = wrap_ratio(curve(1.0, X), curve(0.0, turned))
     assert found == pytest.approx(np.sin(np.deg2rad(angle)) ** 2, rel=1e-12)
 
 
 @pytest.mark.parametrize(("over", "found"), [(-1 / 1.2, 0.5), (1 / 1.2, 1.5), (-1 / 0.6, 0.0), (-1 / 0.5, -0.2)])
 def test_an_arc_round_a_rod_is_1_less_distance_over_radius(over: float, found: float):
     """Over the rod 0.6 mm away, bent down round it or up from it; about its own axis it has no one closest point."""
-    assert wrap(curve(0.6, X, over), curve(0.0, Y))[0] == pytest.approx(found, abs=1e-12)
-    assert wrap(curve(0.0, Y), curve(0.6, X, over))[0] == pytest.approx(found, abs=1e-12)
+    assert wrap_ratio(curve(0.6, X, over), curve(0.0, Y))[0] == pytest.approx(found, abs=1e-12)
+    assert wrap_ratio(curve(0.0, Y), curve(0.6, X, over))[0] == pytest.approx(found, abs=1e-12)
 
 
 def test_arcs_that_wrap_each_other_give_the_product_however_they_are_run_through():
     """Radii 1.5 and 0.8 mm, 0.6 mm apart, at right angles, (1 - 0.4) (1 - 0.75); leaning by 60 deg, 1/4 less."""
     upper, lower = curve(0.6, X, -1 / 1.5), curve(0.0, Y, 1 / 0.8)
-    assert wrap(upper, lower)[0] == pytest.approx(0.6 * 0.25, rel=1e-12)
+    assert wrap_ratio(upper, lower)[0] == pytest.approx(0.6 * 0.25, rel=1e-12)
     faster = curve(0.6, X, -1 / 1.5, speed=3.0, gains=2.0)
-    assert wrap(faster, curve(0.0, Y, 1 / 0.8, speed=0.2))[0] == pytest.approx(0.6 * 0.25, rel=1e-12)
+    assert wrap_ratio(faster, curve(0.0, Y, 1 / 0.8, speed=0.2))[0] == pytest.approx(0.6 * 0.25, rel=1e-12)
     leaning = curve(0.0, 0.5 * X + np.sqrt(0.75) * Y, 1 / 0.8)
-    assert wrap(upper, leaning)[0] == pytest.approx(0.6 * 0.25 - 0.25, rel=1e-12)
+    assert wrap_ratio(upper, leaning)[0] == pytest.approx(0.6 * 0.25 - 0.25, rel=1e-12)
 
 
 def test_it_is_the_determinant_of_the_squared_distance_of_two_arcs():
@@ -94,7 +101,7 @@ def test_it_is_the_determinant_of_the_squared_distance_of_two_arcs():
     table = np.array([[half(i * step, j * step) for j in (-1, 0, 1)] for i in (-1, 0, 1)]) / step**2
     ss, tt = table[2, 1] - 2 * table[1, 1] + table[0, 1], table[1, 2] - 2 * table[1, 1] + table[1, 0]
     st = 0.25 * (table[2, 2] - table[2, 0] - table[0, 2] + table[0, 0])
-    assert wrap(upper, lower)[0] == pytest.approx(ss * tt - st**2, abs=1e-5)
+    assert wrap_ratio(upper, lower)[0] == pytest.approx(ss * tt - st**2, abs=1e-5)
 
 
 @pytest.mark.parametrize("radii", [(2.0, 2.0), (1.5, 3.0), (3.0, 1.5)])
@@ -120,32 +127,32 @@ def test_only_loops_that_cross_each_other_in_the_middle_count():
 def test_a_model_without_loops_has_none():
     model = build_chains(hooked((2.0, 2.0)), ("warp", "weft"), YarnContact(50.0, 0.0, 0.0, 0.0))
     model.prepare()
-    assert math.isnan(least_wrap(model, "knit", np.ones(model.n_nodes, np.bool_)))
+    assert math.isnan(least_wrap_ratio(model, "knit", np.ones(model.n_nodes, np.bool_)))
 
 
-def rest_of(found: float) -> Rest:
-    return Rest(0.2, 2.2, 0.004, {"knit-knit": 0.1}, found)
+def rest_of(found: float) -> InitialEquilibrium:
+    return InitialEquilibrium(0.2, 2.2, 0.004, {"knit-knit": 0.1}, found)
 
 
 @pytest.mark.parametrize(("found", "shown", "close"), [(0.038, "0.038", True), (0.14, "0.14", False)])
 def test_rows_and_the_line_say_it_and_what_helps_where_loops_snap(found: float, shown: str, close: bool):
-    numbers = rest_numbers(rest_of(found), 4.0, 16.3, 0.01)
+    numbers = equilibrium_numbers(rest_of(found), 4.0, 16.3, 0.01)
     assert numbers["loop_wrap"] == found
-    told = dict(rest_rows(numbers))["loop wrap ratio"]
+    told = dict(equilibrium_rows(numbers))["loop wrap ratio"]
     assert told.startswith(f"{shown} (1: straight yarns crossing at a right angle; 0: contact point not unique)")
     assert ("below 0.05 the contact points of loops jump" in told) == close
     assert told.endswith("use less loop shortening (draw_in) or a longer loop") == close
-    assert rest_line(numbers) == "thickness 2.20 mm, loop tension 0.2 N"
+    assert equilibrium_line(numbers) == "thickness 2.20 mm, loop tension 0.2 N"
 
 
 def test_rests_that_were_stored_without_it_are_still_read():
     old = {"tension": 0.2, "thickness": 2.2, "residual": 0.004, "normal_force": {"knit-knit": 0.1}}
-    numbers = rest_numbers(Rest(**old), 4.0, 16.3)
-    assert "loop_wrap" not in numbers and "loop wrap ratio" not in dict(rest_rows(numbers))
-    assert (Rest(**old).warnings, Rest(**old).advice) == ((), "")
-    both = of_all([numbers, rest_numbers(rest_of(0.2), 4.0, 16.3)])
+    numbers = equilibrium_numbers(InitialEquilibrium(**old), 4.0, 16.3)
+    assert "loop_wrap" not in numbers and "loop wrap ratio" not in dict(equilibrium_rows(numbers))
+    assert (InitialEquilibrium(**old).warnings, InitialEquilibrium(**old).advice) == ((), "")
+    both = with_common_names([numbers, equilibrium_numbers(rest_of(0.2), 4.0, 16.3)])
     unknown = json.loads(json.dumps(both[0]).replace("NaN", "null"))
-    assert dict(rest_rows(unknown))["loop wrap ratio"] == "unknown" and "wrap" not in rest_line(unknown)
+    assert dict(equilibrium_rows(unknown))["loop wrap ratio"] == "unknown" and "wrap" not in equilibrium_line(unknown)
 
 
 @pytest.mark.parametrize(("found", "close"), [(UNIQUE - 1e-6, True), (UNIQUE, False), (-0.02, True), (math.nan, False)])

@@ -11,10 +11,10 @@ import yaml
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir
 from knittest.cli.main import run
-from knittest.config.dumping import dump
 from knittest.config.loading import resolve
 from knittest.config.schema import run_schema
-from knittest.config.starting import starting_text
+from knittest.config.templates import new_fabric_text
+from knittest.config.yaml_writer import dump
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn
 from knittest.config.yarn_card import Blend, blend_of, fibres, is_filled
 
@@ -303,7 +303,7 @@ def test_a_new_fabric_of_two_data_sheets_and_what_check_says_of_it(tmp_path, mon
 )
 def test_a_data_sheet_that_is_none_is_refused(text, words):
     with pytest.raises(InputError, match=re.escape(words)):
-        starting_text("mine", resolve(variant="1").fabric, None, {"reinforcing": text})
+        new_fabric_text("mine", resolve(variant="1").fabric, None, {"reinforcing": text})
 
 
 def test_editors_accept_a_card_of_two_lines():

@@ -45,7 +45,7 @@ def shearing(trial) -> dict[str, float]:
 def study(text: str, folder: Path, monkeypatch, pool=None, drawn=False) -> int:
     """Exit code of the study ``text`` in ``folder``; pictures and page only where they are to be ``drawn``."""
     if not drawn:
-        monkeypatch.setattr(command, "pictures", lambda found, folder: [])
+        monkeypatch.setattr(command, "draw_pictures", lambda found, folder: [])
         monkeypatch.setattr(command, "write_if_possible", lambda folder, write: None)
     monkeypatch.setattr(indices, "RESAMPLES", 99)
     (folder / "u.yaml").write_text(text)

@@ -90,7 +90,7 @@ class Solid:
         self.n, self.start, self.shells, self.laminate = len(position), position.copy(), shells, laminate
         self.nodes: Nodes = make_nodes(position, ones, ones)
         self.blocks = len(shells.fail_time) // BLOCK
-        self.eroded, self.rubbed, self.scratch = 0.0, 0.0, np.zeros(SCRATCH)
+        self.eroded, self.friction_losses, self.scratch = 0.0, 0.0, np.zeros(SCRATCH)
 
     def place(self, displacement: np.ndarray, rotation: np.ndarray | None = None) -> None:
         """Set displacements and rotation vectors from the start, (n, 3) each."""
@@ -102,7 +102,7 @@ class Solid:
         self.nodes.force[:], self.nodes.moment[:] = 0.0, 0.0
         eroded, rubbed = shell_forces(0, self.blocks, time, self.nodes, self.shells, self.laminate, self.scratch)
         self.eroded += eroded
-        self.rubbed += rubbed
+        self.friction_losses += rubbed
         gather_shells(0, self.n, self.nodes, self.shells)
         return self.nodes.force[:, : self.n].T.copy(), self.nodes.moment[:, : self.n].T.copy()
 

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from knittest.config.gates import GATES
 from knittest.config.loading import resolve
+from knittest.config.quality_checks import SOLVER_CHECKS
 from knittest.config.run import Run
 from knittest.runs.specimen import run_specimen
 
@@ -35,7 +35,7 @@ def advice(failures: tuple[str, ...], label: str) -> str:
 @pytest.mark.parametrize("name", CASES)
 def test_advice_is_true(name: str) -> None:
     test, key, sets = CASES[name]
-    (label,) = (gate.label for gate in GATES if gate.key == key)
+    (label,) = (gate.label for gate in SOLVER_CHECKS if gate.key == key)
     setting = advice(refusals(test, sets), label)
     assert not [text for text in refusals(test, [*sets, setting]) if text.startswith(label)]
 

@@ -8,10 +8,10 @@ from test_bias_extension import pin_jointed
 from knittest.config.loading import resolve
 from knittest.kernels.shell_output import shell_energies
 from knittest.kernels.shell_state import build_shells
-from knittest.laboratory.base import Prepared
+from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh
 from knittest.laboratory.bias_extension.test import WARP, BiasExtension, BiasExtensionTest, ends_of
-from knittest.laboratory.bias_extension.zones import material_of, zone_table
+from knittest.laboratory.bias_extension.zones import material_points, zone_table
 from knittest.models.macro import build_sheet
 from knittest.pose import linear_laminate
 from knittest.solve.state import SILENT
@@ -45,11 +45,11 @@ def test_stiff_yarns_come_to_the_closed_form(ratio, low, high, angle):
     run = resolve(variant="cao2008-weave", scale="macro", preset="quick", test="bias-extension", sets=sets)
     points, cells = bias_mesh(STRIP.length, STRIP.width, 12.0)
     model = build_sheet(points, cells, laminate(ratio), 7e-4, 1.0, WARP)
-    prepared = Prepared(model, BiasExtensionTest(run, STRIP, *ends_of(points, STRIP)))
+    prepared = PreparedSpecimen(model, BiasExtensionTest(run, STRIP, *ends_of(points, STRIP)))
     history, _ = BiasExtension().solve(prepared, run, SILENT)
     near = np.abs(history.curve["shear_angle_deg"] - 20.0) < 1.0
     expected = float(STRIP.force(*(np.deg2rad([a]) for a in (20.0 * SHEAR, 10.0 * SHEAR, 20.0)))[0])
     assert low < history.curve["force_n"][near].mean() / expected < high
-    table = zone_table(history, STRIP, material_of(run, history))
+    table = zone_table(history, STRIP, material_points(run, history))
     assert np.interp(30.0, table["shear_angle_deg"], table["middle_mean_deg"]) == pytest.approx(angle, abs=0.5)
     assert history.energies["hourglass_mj"][-1] < 0.01 * history.energies["internal_fabric_mj"][-1]

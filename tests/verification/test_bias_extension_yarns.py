@@ -5,7 +5,7 @@ import numpy as np
 from knittest.config.loading import resolve
 from knittest.laboratory.bias_extension.strip import strip_of
 from knittest.laboratory.bias_extension.test import BiasExtension
-from knittest.laboratory.bias_extension.zones import material_of, zone_table
+from knittest.laboratory.bias_extension.zones import material_points, zone_table
 from knittest.solve.state import SILENT
 
 
@@ -15,7 +15,7 @@ def test_a_knit_on_the_bias_is_sheared_less_than_pin_jointed_yarns_would_be():
     run = resolve(variant="2", scale="meso", preset="quick", test="bias-extension", sets=sets)
     prepared = BiasExtension().prepare(run)
     history, _ = BiasExtension().solve(prepared, run, SILENT)
-    table = zone_table(history, strip_of(run), material_of(run, history))
+    table = zone_table(history, strip_of(run), material_points(run, history))
     late = table["shear_angle_deg"] > 3.0
     for column in ("middle_mean_deg", "slip_percentile_95_mm"):
         assert late.sum() > 5 and (np.diff(table[column][late]) > 0.0).all()

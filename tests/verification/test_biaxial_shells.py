@@ -5,7 +5,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.base import fabric_laminate, tension_curve
-from knittest.laboratory.biaxial.test import Biaxial, across, before_break
+from knittest.laboratory.biaxial.test import Biaxial, cross_direction, rows_before_break
 from knittest.solve.state import SILENT
 
 TEST = Biaxial()
@@ -24,7 +24,7 @@ def test_uncoupled_systems_carry_what_they_would_alone(direction, ratio):
     """Forces per width are those of the tension curves at the strain of each, up to the failure of the first."""
     run, prepared, history, quality = pulled(direction, ratio)
     assert not quality.failures
-    curve, other = history.curve, across(run.rig.direction)
+    curve, other = history.curve, cross_direction(run.rig.direction)
     before = curve["strain_pct"] < 0.9 * max(
         run.fabric.macro.fracture_strain.of(direction).value / max(1.0, ratio), 0.1
     )
@@ -48,9 +48,9 @@ def test_rows_before_shells_break():
     """Counted at every other row: the row in which both forces still rise is whole, the wave after it is not."""
     forces = {"force_n_per_mm": [1.0, 2.0, 3.0, 4.0, 0.5, 9.0], "cross_force_n_per_mm": [1.0, 2.0, 3.0, 4.0, 8.0, 9.0]}
     curve = {name: np.array(values) for name, values in forces.items()}
-    assert before_break(curve | {"failed_fabric": np.array([0.0, 0.0, 0.0, 5.0, 5.0, 5.0])}) == 4
-    assert before_break(curve | {"failed_fabric": np.array([0.0, 0.0, 0.0, 0.0, 5.0, 5.0])}) == 4
-    assert before_break(curve | {"failed_fabric": np.zeros(6)}) is None
+    assert rows_before_break(curve | {"failed_fabric": np.array([0.0, 0.0, 0.0, 5.0, 5.0, 5.0])}) == 4
+    assert rows_before_break(curve | {"failed_fabric": np.array([0.0, 0.0, 0.0, 0.0, 5.0, 5.0])}) == 4
+    assert rows_before_break(curve | {"failed_fabric": np.zeros(6)}) is None
 
 
 def test_a_test_that_ends_before_failure_is_judged_to_its_end():

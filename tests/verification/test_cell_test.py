@@ -6,7 +6,7 @@ from scipy.integrate import cumulative_trapezoid
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.laboratory.cell.test import Cell, judged_span, secant
+from knittest.laboratory.cell.test import Cell, checked_span, secant
 from knittest.solve.state import SILENT
 
 
@@ -40,7 +40,7 @@ def test_a_cell_that_ends_sooner_is_the_same_cell_up_to_there_and_is_judged_from
     for sets in ([], ["rig.end_angle=2"]):
         run, prepared, history, cost, test = solved("rig.max_angle=4", "rig.judged_from=25", "output.samples=60", *sets)
         quality = test.assess(run, prepared, history, cost)
-        found.append((history, test.results(run, prepared, history), quality, judged_span(run, history)))
+        found.append((history, test.results(run, prepared, history), quality, checked_span(run, history)))
     (whole, numbers, _, span), (half, same, quality, own) = found
     rows = len(half.energies["time_ms"])
     for name, column in whole.energies.items():

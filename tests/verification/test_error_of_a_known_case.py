@@ -1,8 +1,8 @@
 """The numerical error of a strip whose shape is known: it covers what the shells are off, and not much more."""
 
 from knittest.config.loading import resolve
-from knittest.laboratory.halving import halving
-from knittest.laboratory.numerical_error import Repeat, numerical_errors, remeshing
+from knittest.laboratory.halved_setting import halve_setting
+from knittest.laboratory.numerical_error import Repeat, numerical_errors, remesh
 from knittest.materials.heavy_elastica import chord_angle
 from knittest.runs.specimen import run_specimen
 
@@ -15,9 +15,9 @@ def test_the_error_of_a_bent_strip_covers_the_heavy_elastica() -> None:
         variant="1", test="cantilever", scale="macro", preset="quick", direction="warp",
         sets=["rig.overhang=80", "rig.gravity=50"],
     )  # fmt: skip
-    mesh = remeshing(run)
+    mesh = remesh(run)
     assert mesh.finer
-    found, half, other = (run_specimen(r).results for r in (run, halving(run).half, mesh.other))
+    found, half, other = (run_specimen(r).results for r in (run, halve_setting(run).half, mesh.other))
     errors = numerical_errors(found, Repeat(half), Repeat(other), mesh.ratio, mesh.finer)
     stiffness = run.fabric.macro.bending_stiffness_n_mm.warp
     angle = chord_angle(80.0, run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2, stiffness)

@@ -97,7 +97,7 @@ def test_arc_of_a_strip_stores_what_is_not_set(lean, degree_of_set):
     body = Body.of_chains([Chain(points, STRIP, normal=normal, degree_of_set=degree_of_set)])
     stiffness = STRIP.across * np.cos(lean) ** 2 + STRIP.bending * np.sin(lean) ** 2
     exact = 0.5 * stiffness * ((1.0 - degree_of_set) / radius) ** 2 * length
-    assert body.model.stored().internal.sum() == pytest.approx(exact, rel=2.0 / n)
+    assert body.model.stored_energies().internal.sum() == pytest.approx(exact, rel=2.0 / n)
 
 
 def test_the_step_holds_for_a_strip_on_edge():

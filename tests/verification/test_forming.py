@@ -10,11 +10,11 @@ from knittest.base.errors import InputError
 from knittest.base.history import Frame
 from knittest.config.loading import resolve
 from knittest.laboratory.base import fabric_laminate
-from knittest.laboratory.forming.formed import draw_in, formed
 from knittest.laboratory.forming.report import FormingReport
-from knittest.laboratory.forming.test import _wrinkles, dragged, shear_field
+from knittest.laboratory.forming.results import draw_in, measure_mid_surface
+from knittest.laboratory.forming.test import _wrinkles, drag_ratio, shear_field
 from knittest.laboratory.forming.tool_check import tools_of
-from knittest.materials.laminate import softened_at_most
+from knittest.materials.laminate import limit_membrane
 from knittest.models.in_plane import _largest_tangent
 from knittest.runs.specimen import prepare, run_specimen
 
@@ -129,9 +129,7 @@ def test_shear_angles_have_one_sign_on_both_scales():
 
 def test_stiffness_in_compression_counts_for_the_step():
     """The bound behind the step sees what resists being pushed more than pulled."""
-    laminates = [
-        softened_at_most(fabric_laminate(dome(0)), 0.05)._replace(compression=np.full(2, c)) for c in (1.0, 5e3)
-    ]
+    laminates = [limit_membrane(fabric_laminate(dome(0)), 0.05)._replace(compression=np.full(2, c)) for c in (1.0, 5e3)]
     assert _largest_tangent(laminates[1], 0) > 3.0 * _largest_tangent(laminates[0], 0)
 
 
@@ -152,7 +150,7 @@ def test_fabric_on_the_floor_is_no_wrinkle():
     bump = int(np.argmax(start[:, 0] + start[:, 1]))
     now[bump, 2] += 2.0
     history = SimpleNamespace(mesh=prepared.model.mesh, frames=[Frame(0.0, 0.0, 0.0, start, {})])
-    found = _wrinkles(formed(history, Frame(1.0, depth, 0.0, now, {}), tools, thickness, depth), thickness)
+    found = _wrinkles(measure_mid_surface(history, Frame(1.0, depth, 0.0, now, {}), tools, thickness, depth), thickness)
     assert found["max_wrinkle_height_mm"] == pytest.approx(2.0, abs=1e-3)
     assert found["wrinkle_height_p95_mm"] == pytest.approx(0.0, abs=1e-3)
     assert 0.0 < found["wrinkled_area_pct"] < 0.1
@@ -164,7 +162,7 @@ def test_damping_drags_by_its_rate_and_speed_over_what_presses_the_blank(force, 
     """At 0.19 m/s 0.05 / ms are 0.968 g; a holder of 100 N presses a hundred times the blank's weight."""
     sets = [f"rig.blank_holder_force={force}", f"solver.damping={damping}", "solver.speed=0.19"]
     run = resolve(variant="1", scale="macro", test="forming", preset="quick", sets=sets)
-    assert dragged(run, prepare(run)) == pytest.approx(share, rel=0.02)
+    assert drag_ratio(run, prepare(run)) == pytest.approx(share, rel=0.02)
 
 
 def test_a_holder_too_light_for_the_step_is_refused():

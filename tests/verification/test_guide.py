@@ -35,7 +35,7 @@ def test_nodes_move_with_their_guide(damping):
     assert model.nodes.position[1, :9] == pytest.approx(travel * expected / SPEED, rel=2e-3, abs=1e-6)
     work, kinetic = going.work()[0], 0.5 * float(model.mass @ expected**2)
     assert work == pytest.approx(kinetic, rel=5e-3)
-    assert going.damping_loss - going.guided == pytest.approx(0.0, abs=2e-2 * kinetic)
+    assert going.damping_loss - going.guide_energy == pytest.approx(0.0, abs=2e-2 * kinetic)
 
 
 def test_a_deviation_from_the_guide_decays_and_damping_takes_its_energy():
@@ -44,11 +44,11 @@ def test_a_deviation_from_the_guide_decays_and_damping_takes_its_energy():
     model, going = body.model, body.start()
     model.nodes.velocity[1, :9] += 0.5
     body.step(1)  # damping is summed by the trapezoidal rule, which does not see the jump
-    before, energy, at = going.damping_loss - going.guided, kinetic(model), going.time
+    before, energy, at = going.damping_loss - going.guide_energy, kinetic(model), going.time
     body.advance(0.05)
     deviation = model.nodes.velocity[1, :9] - SPEED * np.linspace(0.0, 1.0, 9)
     assert deviation == pytest.approx(np.full(9, 0.5 * np.exp(-DAMPING * (going.time - at))), rel=1e-2)
-    assert going.damping_loss - going.guided - before == pytest.approx(energy - kinetic(model), rel=0.05)
+    assert going.damping_loss - going.guide_energy - before == pytest.approx(energy - kinetic(model), rel=0.05)
 
 
 def kinetic(model):

@@ -7,7 +7,7 @@ from test_plain_shell import PlainSolid
 
 from knittest.kernels.shell_state import ALONG_A, ALONG_B, LEAN_A, LEAN_B, build_shells
 from knittest.materials.laminate import HOURGLASS_SHEAR, hourglass_of_shear
-from knittest.models import from_stiffness
+from knittest.models import sections
 from knittest.models.in_plane import element_rows, highest_stiffness
 
 SQUARE = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
@@ -106,7 +106,7 @@ def test_control_of_leaning_fibres_follows_shear():
     assert hourglass_of_shear(0.05, stretch, 0.1) == pytest.approx(HOURGLASS_SHEAR * 0.1 / 12.0)
     assert hourglass_of_shear(0.05, stretch, 300.0) == pytest.approx(0.05 * 800.0 / 12.0)
     assert hourglass_of_shear(0.0, stretch, 0.1) == hourglass_of_shear(0.05, stretch, 0.0) == 0.0
-    card = from_stiffness.linear_laminate((900.0, 700.0), (1.0, 1.0), 0.1, 1.0)
+    card = sections.linear_laminate((900.0, 700.0), (1.0, 1.0), 0.1, 1.0)
     assert card.hourglass_shear == pytest.approx(0.05)
     assert card.hourglass_fibre == pytest.approx(0.05 * stretch / 12.0)
 

@@ -5,17 +5,17 @@ import pytest
 
 from knittest.base.history import History
 from knittest.config.loading import resolve
-from knittest.laboratory.after_rest import after_rest
 from knittest.laboratory.compaction.test import REST as PRESSED_FROM
 from knittest.laboratory.compaction.test import CompactionTest
-from knittest.laboratory.pull_out.sliding import sliding
-from knittest.laboratory.pull_out.test import REST, PullOutTest, with_tail
+from knittest.laboratory.pull_out.sliding import evaluate_sliding
+from knittest.laboratory.pull_out.test import REST, PullOutTest, add_tail_travel
+from knittest.laboratory.restart import history_from_time
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary
 from knittest.models.chains import Chain, build_chains
-from knittest.models.from_stiffness import round_section
+from knittest.models.sections import round_section
 from knittest.models.tool import Table
-from knittest.models.yarn_health import YarnContact
-from knittest.solve.simulate import simulate
+from knittest.models.yarn_contact import YarnContact
+from knittest.solve.simulation import simulate
 
 RADIUS, MU, SQUEEZE, PITCH = 0.4, 0.3, 0.5, 4.0
 CARD = round_section(modulus=1000.0, diameter=2.0 * RADIUS, density=2.5e-3)
@@ -52,7 +52,7 @@ def drawn() -> tuple[History, float]:
     rig = Squeezed(run, 0, np.array([32]), below, 16.0)
     rig.above = above
     history, _ = simulate(model, rig, run.solver, run.output)
-    return with_tail(after_rest(history, REST), {"tail_node": 0.0, "embedded_mm": 16.0}, 0), PITCH
+    return add_tail_travel(history_from_time(history, REST), {"tail_node": 0.0, "embedded_mm": 16.0}, 0), PITCH
 
 
 def test_the_pull_is_mu_times_all_normal_forces_and_falls_as_crossings_let_go():
@@ -66,8 +66,8 @@ def test_the_pull_is_mu_times_all_normal_forces_and_falls_as_crossings_let_go():
         there = (tail > low) & (tail < high)
         assert curve["clamp_force_n"][there].mean() == pytest.approx(left * MU * SQUEEZE, rel=0.02), left
         assert force[there].mean() == pytest.approx(left * 2.0 * MU * SQUEEZE, rel=0.04), left
-    found = sliding(curve, pitch)
-    assert found.at_rest == pytest.approx(1.2, rel=0.03)
+    found = evaluate_sliding(curve, pitch)
+    assert found.force_at_rest == pytest.approx(1.2, rel=0.03)
     assert found.per_crossing == pytest.approx(2.0 * MU * SQUEEZE, rel=0.05)
 
 
@@ -86,7 +86,7 @@ def test_two_crossed_yarns_between_plates_are_springs_in_series():
     rig = CompactionTest(run, faces, np.array([4.0, 5.0]), np.full(10, RADIUS), ends)
     plates = rig.stiffness * TOOL_STIFFNESS * model.mass[:5].sum() / (run.solver.safety * model.critical_step) ** 2
     history, _ = simulate(model, rig, run.solver, run.output)
-    curve = after_rest(history, PRESSED_FROM).curve
+    curve = history_from_time(history, PRESSED_FROM).curve
     pressed = curve["pressure_kpa"] > 200.0
     slope = np.polyfit(curve["thickness_mm"][pressed], 1e-3 * area * curve["pressure_kpa"][pressed], 1)[0]
     assert -1.0 / slope == pytest.approx(1.0 / STIFF.normal + 2.0 / plates, rel=0.03)

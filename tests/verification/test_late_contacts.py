@@ -8,7 +8,7 @@ import pytest
 from knittest.kernels.search import REST
 from knittest.models.contact_tracker import LEFT_FREE, PORTION, RECOVERY
 from knittest.pose import ALL, Body, Chain, YarnContact, section
-from knittest.solve.relax import settle
+from knittest.solve.relaxation import settle
 
 RADIUS, SIZE = 0.25, 1.0
 YARN = section(5e3, 1.0, RADIUS, 1e-3)
@@ -71,7 +71,7 @@ def test_an_overlap_that_came_without_force_gets_it_slowly_and_its_energy_is_boo
     body = pressed(held=True)
     tracker = body.model.tracker
     assert tracker.count == 1
-    given, free = body.start().recovered, hidden(body)
+    given, free = body.start().recovered_energy, hidden(body)
     assert free == pytest.approx(0.05 / RADIUS, abs=0.02)
     while hidden(body) > LEFT_FREE + 1e-9:
         before = hidden(body)
@@ -79,7 +79,7 @@ def test_an_overlap_that_came_without_force_gets_it_slowly_and_its_energy_is_boo
         assert 0.0 < before - hidden(body) <= min(max(before * body.dt / RECOVERY, REST), PORTION) + 1e-9
     assert hidden(body) == pytest.approx(LEFT_FREE, abs=1e-9)
     normal, depth = 100.0, 0.1 - LEFT_FREE * RADIUS
-    found = body.start().recovered
+    found = body.start().recovered_energy
     assert body.energies()["contact_recovery"] == found
     assert found - given == pytest.approx(0.5 * normal * (depth**2 - (0.1 - free * RADIUS) ** 2), rel=0.02)
 
@@ -104,7 +104,7 @@ def test_energy_given_before_the_test_is_no_work_of_the_test() -> None:
     going = body.start()
     settle(body.model, going.drive, going.tally, body.dt)
     assert hidden(body) == pytest.approx(LEFT_FREE, abs=1e-9)
-    assert going.recovered == 0.0 and going.tally.late[0] == 0.0
+    assert going.recovered_energy == 0.0 and going.tally.late[0] == 0.0
 
 
 def test_how_deep_a_contact_was_found_is_kept() -> None:
@@ -144,7 +144,7 @@ def test_a_contact_in_recovery_goes_on_from_its_state_to_the_bit() -> None:
             tracker.recovering, tracker.contacts.accepted[0] = 0, 0.0
             tracker.restore(state)
         body.advance(0.05)
-        ends.append((body.start().recovered, tracker.contacts.accepted[0], tracker.contacts.reach[0]))
+        ends.append((body.start().recovered_energy, tracker.contacts.accepted[0], tracker.contacts.reach[0]))
     assert ends[0][0] > 0.0 and ends[0][1] == 0.02
     assert ends[0] == ends[1]
 

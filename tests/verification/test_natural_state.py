@@ -21,7 +21,7 @@ def test_bent_arc_stores_the_bending_that_is_not_set(degree_of_set):
     n = 200
     body = Body.of_chains([Chain(arc(n), CARD, degree_of_set=degree_of_set)])
     exact = 0.5 * BENDING * ((1.0 - degree_of_set) / RADIUS) ** 2 * LENGTH
-    assert body.model.stored().internal.sum() == pytest.approx(exact, rel=2.0 / n, abs=1e-12)
+    assert body.model.stored_energies().internal.sum() == pytest.approx(exact, rel=2.0 / n, abs=1e-12)
     assert body.model.prestressed == (degree_of_set < 1.0)
 
 

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.models.meso import build_meso_cell
 from knittest.models.periodic_model import PeriodicModel
 from knittest.pose import PeriodicBody, PeriodicChain, Table, round_section
@@ -122,7 +122,7 @@ def sheared(
     body.stretch(turn @ np.array([[c, s, 0.0], [s, c, 0.0], [0.0, 0.0, 0.0]]) @ turn.T, pulse(6.0))
     body.damping = 0.01
     assert body.settle(1e-2, 20_000).converged
-    before = body.cell.stored()
+    before = body.cell.stored_energies()
     body.advance(6.0)
     energies = body.energies()
     energies["internal"] -= float(before.internal.sum())

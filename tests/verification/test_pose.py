@@ -100,13 +100,13 @@ def test_yarns_that_touch_say_where_and_how_hard():
 def test_place_keeps_what_was_bent_in(degree_of_set):
     """A move that changes nothing costs nothing, and neither does a rigid turn, by a whole turn and more."""
     body = Body.of_chains([Chain(arc(), ROUND, degree_of_set=degree_of_set)])
-    stored = body.model.stored().internal.sum()
+    stored = body.model.stored_energies().internal.sum()
     body.place(arc())
-    assert body.model.stored().internal.sum() == pytest.approx(stored, rel=1e-12, abs=1e-12)
+    assert body.model.stored_energies().internal.sum() == pytest.approx(stored, rel=1e-12, abs=1e-12)
     for angle in (0.7, 2.0 * np.pi, 9.0):
         c, s = np.cos(angle), np.sin(angle)
         body.place(arc() @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]), (0.0, 0.0, angle))
-        assert body.model.stored().internal.sum() == pytest.approx(stored, rel=1e-9, abs=1e-9)
+        assert body.model.stored_energies().internal.sum() == pytest.approx(stored, rel=1e-9, abs=1e-9)
 
 
 def test_turns_beyond_half_a_turn_do_not_blow_up():
@@ -116,7 +116,7 @@ def test_turns_beyond_half_a_turn_do_not_blow_up():
     turn[:, 0] = 8.0 * LINE[:, 0] / 10.0
     body.place(LINE, turn)
     torsion = STIFFNESS / 1.3  # GJ of the section
-    assert body.model.stored().internal.sum() == pytest.approx(0.5 * torsion * 0.8**2 * 10.0, rel=0.02)
+    assert body.model.stored_energies().internal.sum() == pytest.approx(0.5 * torsion * 0.8**2 * 10.0, rel=0.02)
 
 
 def test_relax_at_rest_ends_at_once():

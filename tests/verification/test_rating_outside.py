@@ -7,7 +7,7 @@ asked for. The package takes curves over time and knows nothing of strain: the g
 import numpy as np
 import pytest
 
-from knittest.experiment.compare import rate
+from knittest.experiment.comparison import rate
 
 rating = pytest.importorskip("objective_rating_metrics.rating")
 

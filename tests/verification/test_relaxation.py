@@ -8,9 +8,9 @@ import pytest
 from contact_cases import derivative
 
 from knittest.base.errors import InputError
-from knittest.fabric import relax as start
+from knittest.fabric import relaxation as start
 from knittest.fabric.cell import CellSpec
-from knittest.fabric.relax import relax_cell, start_curves, yarn_arrays
+from knittest.fabric.relaxation import relax_cell, start_curves, yarn_arrays
 from knittest.kernels.relaxation import Yarns, contact_forces, periodic_pairs, relax, yarn_forces
 
 V1 = CellSpec(100 / 28, 100 / 28, 14.4, 0.75, 0.5, 0.0, 0.0, 18.1, 12.4, 0.05)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.cantilever import yarns
+from knittest.laboratory.cantilever import meso_strip
 from knittest.laboratory.picture_frame.test import material_scatter
 from knittest.runs.specimen import prepare, run_specimen
 
@@ -34,7 +34,7 @@ def test_yarns_that_slip_on_come_to_rest_with_their_friction(monkeypatch):
     """The strip comes to rest by itself in some turns; friction from the first turn on keeps the angle to 4 %."""
     sets = ("rig.overhang=90", "rig.width=8", "rig.gravity=30")
     free = specimen("cantilever", *sets, direction="weft")
-    monkeypatch.setattr(yarns, "RUBBING", 0)
+    monkeypatch.setattr(meso_strip, "RUBBING", 0)
     rubbing = specimen("cantilever", *sets, direction="weft")
     assert rubbing.quality.failures == free.quality.failures == ()
     assert rubbing.results["chord_angle_deg"] == pytest.approx(free.results["chord_angle_deg"], rel=0.04)

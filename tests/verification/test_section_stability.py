@@ -172,6 +172,6 @@ def test_directors_of_shells_resist_turning_under_any_tension() -> None:
     body, stretch, turn, stored = Body.of_shells(points, cells, laminate, 8e-4, 1.0), 1.5, 1e-2, []
     for angle in (0.0, turn):
         body.place(points * [1.0, stretch, 1.0], (angle, 0.0, 0.0))
-        stored.append(float(body.model.stored().internal.sum()))
+        stored.append(float(body.model.stored_energies().internal.sum()))
     resistance = 2.0 * (stored[1] - stored[0]) / turn**2 / 6.0
     assert resistance == pytest.approx(laminate.transverse[0] * stretch**2, rel=1e-3)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.laboratory.cantilever import yarns as yarn_cantilever
-from knittest.laboratory.cantilever.shells import Sections
+from knittest.laboratory.cantilever import meso_strip as yarn_cantilever
+from knittest.laboratory.cantilever.macro_strip import Sections
 from knittest.runs.specimen import run_specimen
 
 LENGTH = 160.0
@@ -34,9 +34,9 @@ def test_moments_of_an_even_weight_are_those_of_a_beam():
 def test_turns_are_limited():
     sections = Sections(np.column_stack([np.zeros(50), np.linspace(0.0, 40.0, 50), np.zeros(50)]), np.ones(50), 40.0)
     even = np.full(len(sections.arc), 0.01)  # 0.4 rad at the end
-    assert sections.limited(even, 0.5) == pytest.approx(even)
-    assert sections.limited(even, 0.2) == pytest.approx(0.5 * even)
-    assert sections.limited(-even, 0.2) == pytest.approx(-0.5 * even)
+    assert sections.limit_turns(even, 0.5) == pytest.approx(even)
+    assert sections.limit_turns(even, 0.2) == pytest.approx(0.5 * even)
+    assert sections.limit_turns(-even, 0.2) == pytest.approx(-0.5 * even)
 
 
 def test_an_even_curvature_makes_an_arc():
@@ -77,7 +77,7 @@ def test_rest_is_the_same_whatever_the_way_to_it(monkeypatch):
     are 0.3 % of the overhang.
     """
     first = rest()["chord_angle_deg"]
-    monkeypatch.setattr(yarn_cantilever, "STIFFER", 2.4)
+    monkeypatch.setattr(yarn_cantilever, "STIFFENING_FACTOR", 2.4)
     monkeypatch.setattr(yarn_cantilever, "SETTLE", 12_500)
     other = rest(fabric__contact__friction_coefficient="0.5")["chord_angle_deg"]
     assert other == pytest.approx(first, abs=0.3)

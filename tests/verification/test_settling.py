@@ -15,7 +15,7 @@ class Seen(Observer):
     def phase(self, text):
         self.phases[text] = []
 
-    def settling(self, fraction):
+    def relaxation_progress(self, fraction):
         self.phases[list(self.phases)[-1]].append(fraction)
 
     def progress(self, fraction, time_ms, step_us, kinetic_ratio):

@@ -11,7 +11,7 @@ import pytest
 
 from knittest.config.loading import resolve
 from knittest.laboratory.base import fabric_laminate
-from knittest.materials.laminate import softened_at_most
+from knittest.materials.laminate import limit_membrane
 from knittest.pose import ALL, Body, Table
 
 LENGTH, WIDTH, TIME, SHORTER = 48.0, 12.0, 60.0, 1.0
@@ -22,7 +22,7 @@ UNEVEN = 0.02
 def compressed(size: float, *sets: str) -> tuple[float, np.ndarray, tuple[float, float]]:
     """Force per width [N/mm], shear angle along the net [deg], and S and B of the forming test of variant 1."""
     run = resolve(test="forming", variant="1", scale="macro", preset="quick", sets=sets)
-    law = softened_at_most(fabric_laminate(run), run.rig.membrane_share)
+    law = limit_membrane(fabric_laminate(run), run.rig.membrane_share)
     columns, rows = round(LENGTH / size) + 2, round(WIDTH / size)
     x, y = size * (np.arange(columns + 1) - 1.0), size * np.arange(rows + 1)
     across = np.random.default_rng(1).uniform(-UNEVEN, UNEVEN, len(x)) * ((x > 0.0) & (x < LENGTH))

@@ -63,9 +63,9 @@ def test_a_small_turn_costs_nothing():
     """Back and forth within the sticking range: no loss, and the envelope goes on."""
     solid = sheet(shear_friction=SHARE, shear_stick=STICK)
     drive(solid, ways(0.0, 0.5))
-    lost = solid.rubbed
+    lost = solid.friction_losses
     drive(solid, ways(0.5, 0.45, 0.5))
-    assert solid.rubbed == pytest.approx(lost, rel=1e-9)
+    assert solid.friction_losses == pytest.approx(lost, rel=1e-9)
     assert drive(solid, np.array([0.6])) == pytest.approx(C * 0.6, rel=1e-6)
 
 
@@ -82,7 +82,7 @@ def test_the_loop_is_the_energy_that_friction_takes(sign):
     expected = SIDE**2 * SHARE * C * top**2 * (1.0 - r) / (1.0 + r)
     loop = SIDE**2 * np.trapezoid(np.append(0.0, force), np.append(0.0, path))
     assert loop == pytest.approx(2.0 * expected, rel=1e-4)
-    assert solid.rubbed == pytest.approx(2.0 * expected, rel=1e-3)
+    assert solid.friction_losses == pytest.approx(2.0 * expected, rel=1e-3)
     assert solid.energy() == pytest.approx(0.0, abs=1e-9 * expected)
 
 
@@ -94,7 +94,7 @@ def test_a_table_loses_its_share_and_keeps_the_rest():
     area = SIDE**2 * np.trapezoid([table(g) for g in path], path)
     stored = SIDE**2 * table(0.9) ** 2 / (2.0 * 3.0)
     assert solid.energy() == pytest.approx(stored, rel=1e-6)
-    assert solid.rubbed == pytest.approx(area - stored, rel=2e-3)
+    assert solid.friction_losses == pytest.approx(area - stored, rel=2e-3)
 
 
 POINTS = "[[0, 0], [10, 0.02], [30, 0.05], [46, 0.2]]"

@@ -105,7 +105,7 @@ def test_the_bits_do_not_depend_on_the_threads():
 def test_a_state_in_contact_goes_on_to_the_same_bits():
     body, again = stacked(), stacked()
     body.step(8)
-    assert body.model.pressing() > 0.0
+    assert body.model.contact_force_sum() > 0.0
     state = body.model.state()
     again.start()
     again.model.restore(state)
@@ -124,7 +124,7 @@ def test_contact_of_a_shell_that_broke_ends():
     for shell in shells:
         body.model.shells.state[state_index.py_func(shell) + ALIVE] = 0.0
     body.step(1)
-    assert body.model.pressing() == 0.0
+    assert body.model.contact_force_sum() == 0.0
 
 
 def test_sheets_laid_into_each_other_are_refused():
@@ -141,12 +141,12 @@ def test_depth_that_nothing_closed_makes_no_force():
     nodes, upper = body.model.nodes, slice(9, 18)
     nodes.position[2, upper] -= 0.3 * case.THICKNESS
     body.step(1)
-    assert body.model.pressing() < 1e-12
+    assert body.model.contact_force_sum() < 1e-12
     nodes.velocity[2, upper] = -0.01 * case.THICKNESS / body.dt
     body.step(2)
-    assert body.model.pressing() > 1e-3
+    assert body.model.contact_force_sum() > 1e-3
     # 0.29 of the thickness without a force, then 0.01 a step: over half the thickness
-    assert 0.58 < body.model.stored().penetration.max() < 0.63
+    assert 0.58 < body.model.stored_energies().penetration.max() < 0.63
 
 
 def test_a_small_overlap_starts_without_force():
@@ -154,7 +154,7 @@ def test_a_small_overlap_starts_without_force():
     overlaps = body.model.prepare()
     assert overlaps.largest == pytest.approx(0.1)
     body.step(5)
-    assert body.model.pressing() == 0.0
+    assert body.model.contact_force_sum() == 0.0
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import pytest
 from knittest.base.history import Specimen
 from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.laboratory.after_rest import SPEED, at_result_speed
-from knittest.laboratory.halving import halving
+from knittest.laboratory.halved_setting import halve_setting
+from knittest.laboratory.restart import SPEED, with_result_speed
 from knittest.runs.specimen import run_specimen
 from knittest.solve.state import Observer, Snapshot
 
@@ -77,7 +77,9 @@ def test_it_goes_on_to_the_same_bits(whole: Specimen) -> None:
 
 
 def test_the_speed_that_is_halved_is_the_lower_one(whole: Specimen) -> None:
-    assert halving(at_result_speed(small_frame(), whole.results)).half.solver.speed == 0.5 * whole.results[SPEED]
+    assert (
+        halve_setting(with_result_speed(small_frame(), whole.results)).half.solver.speed == 0.5 * whole.results[SPEED]
+    )
 
 
 def test_the_speed_has_a_lower_bound() -> None:

@@ -5,7 +5,7 @@ import pytest
 from yarn_cases import card
 
 from knittest.config.loading import resolve
-from knittest.fabric.relax import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.strip import strip
 from knittest.fabric.topology import YarnDraws
 from knittest.kernels.monitor import axial_state
@@ -36,9 +36,9 @@ def test_overlapping_yarns_press_by_all_of_it_or_not_at_all(pressed, force):
     body.relax()
     model = body.model
     assert isinstance(model, YarnModel) and model.prestressed == pressed
-    assert model.pressing() == pytest.approx(force, rel=1e-6, abs=1e-12)
+    assert model.contact_force_sum() == pytest.approx(force, rel=1e-6, abs=1e-12)
     hidden = 0.0 if pressed else OVERLAP / 0.25
-    assert model.stored().force_free[0] == pytest.approx(hidden, abs=1e-9)
+    assert model.stored_energies().force_free[0] == pytest.approx(hidden, abs=1e-9)
     assert model.prepare().largest == pytest.approx(hidden, abs=1e-9)
 
 
@@ -51,7 +51,7 @@ def test_a_yarn_drawn_in_between_fixed_ends_pulls_by_its_law():
     force = axial_state(model.nodes, model.parts, model.beams)[1][: len(LINE) - 1]
     assert force == pytest.approx(2000.0 * share / (1.0 - share), rel=1e-12)
     stored = 0.5 * 2000.0 * (share / (1.0 - share)) ** 2 * (1.0 - share) * np.ptp(LINE)
-    assert model.stored().internal.sum() == pytest.approx(stored, rel=1e-9)
+    assert model.stored_energies().internal.sum() == pytest.approx(stored, rel=1e-9)
 
 
 def square(*sets: str) -> YarnModel:

@@ -5,7 +5,7 @@ import pytest
 
 from knittest.base.files import data_dir
 from knittest.config.loading import resolve
-from knittest.experiment.curves import for_width, load_curve
+from knittest.experiment.curves import load_curve, scale_to_width
 from knittest.fabric.topology import bundle_peak, draw
 from knittest.laboratory.strips import yarns_across
 from knittest.materials.yarn_section import sections
@@ -19,7 +19,7 @@ SMALL = ["rig.width=18", "rig.gauge_length=18", "solver.ramp=0.1"]
 def test_shells_repeat_their_input_within_one_percent(direction):
     run = resolve(variant="2", scale="macro", direction=direction)
     result = run_specimen(run)
-    given = for_width(load_curve(data_dir() / run.fabric.macro.tension[direction]), run.rig.width)
+    given = scale_to_width(load_curve(data_dir() / run.fabric.macro.tension[direction]), run.rig.width)
     curve = result.history.curve
     end = int(np.argmax(curve["force_n"]))
     expected = np.interp(curve["strain_pct"][:end], given.x, given.mean)

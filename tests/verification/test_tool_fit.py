@@ -19,8 +19,8 @@ from knittest.models.surface import TriangleMesh
 from knittest.runs.specimen import prepare
 from knittest.tooling import outline
 from knittest.tooling.fit import Stroke, measure_fit
-from knittest.tooling.from_stl import HeightMap
-from knittest.tooling.refit import axis_rotations, fitting_change
+from knittest.tooling.stl_tool import HeightMap
+from knittest.tooling.tool_corrections import axis_rotations, fitting_change
 from knittest.tooling.toolset import PLATE, ToolSet, build_tools
 
 #: a small T and its blank, so that a set of files is sampled in tenths of a second
@@ -65,7 +65,7 @@ def mended(tools: ToolSet, stroke: Stroke = STROKE) -> tuple[str, ToolSet]:
     change = fitting_change(tools, stroke)
     assert change is not None
     return " ".join(change.settings), replace(
-        tools, **{name: tools.by_name[name].changed(**fields) for name, fields in change.fields.items()}
+        tools, **{name: tools.by_name[name].with_fields(**fields) for name, fields in change.fields.items()}
     )
 
 
@@ -85,7 +85,7 @@ def test_depth_and_clearances_of_the_shipped_t_are_its_closed_forms(depth, thick
     stroke = Stroke(depth, thickness, (330.0, 330.0))
     fit = measure_fit(by_dimensions(Stamp(), stroke, Die(), Holder()), stroke)
     draft = radians(2.0)
-    assert fit.problems == () and fit.doubts == () and fit.depth == pytest.approx(depth)
+    assert fit.problems == () and fit.fit_warnings == () and fit.depth == pytest.approx(depth)
     assert fit.die.size == pytest.approx((8.0 + (thickness + 8.0) * tan(draft)) * cos(draft), abs=1e-3)
     assert fit.die.travel == depth and fit.die.place[2] == pytest.approx(-0.5 * thickness - 8.0, abs=1e-3)
     assert fit.holder.size == pytest.approx((8.0 - PLATE * tan(draft)) * cos(draft), abs=1e-3)
@@ -105,7 +105,7 @@ def test_depth_and_clearance_of_a_hemisphere_are_its_closed_forms(radius, depth)
 def test_files_give_the_numbers_of_the_dimensions(meshes, tmp_path):
     """Within the sampling of rounded edges, h^2 / (8 r) at 1.5 mm and 4 mm twice."""
     exact, sampled = (measure_fit(t, STROKE) for t in (by_dimensions(Stamp(t=T)), by_files(meshes, tmp_path)))
-    assert sampled.problems == () and sampled.doubts == ()
+    assert sampled.problems == () and sampled.fit_warnings == ()
     assert sampled.depth == pytest.approx(exact.depth, abs=1e-3)
     assert sampled.die.size == pytest.approx(exact.die.size, abs=0.15)
 
@@ -128,8 +128,10 @@ def test_a_rotated_set_fits_or_is_mended_by_the_advice(meshes, tmp_path, rotatio
         assert text.count("rotation=") == 3 and "offset" not in text
         assert measure_fit(changed, STROKE).problems == ()
         # upright again: the area of the section of the T, whichever way it looks
-        there = changed.stamp.seen(STROKE.blank).there
-        assert there.sum() == pytest.approx(by_files(meshes, tmp_path).stamp.seen(STROKE.blank).there.sum(), rel=0.05)
+        there = changed.stamp.height_map(STROKE.blank).covered_cells
+        assert there.sum() == pytest.approx(
+            by_files(meshes, tmp_path).stamp.height_map(STROKE.blank).covered_cells.sum(), rel=0.05
+        )
 
 
 @pytest.mark.parametrize(
@@ -147,7 +149,7 @@ def test_tools_upside_down_are_rejected(meshes, tmp_path, names, problem, advice
 
 def test_a_stated_rotation_overrules_the_check_of_edges(meshes, tmp_path):
     fit = measure_fit(by_files(turned(meshes, (180.0, 0.0, 0.0)), tmp_path, rotation=(0.0, 0.0, 0.0)), STROKE)
-    assert fit.problems == () and len(fit.doubts) == 3
+    assert fit.problems == () and len(fit.fit_warnings) == 3
 
 
 X = "rig.stamp.stl.offset_x=-{0:g} rig.stamp.stl.offset_y=0"
@@ -204,7 +206,7 @@ def cup(inner: float, outer: float, deep: float, floor: float) -> TriangleMesh:
     for low, high in pairwise(rings):
         a, b = np.roll(low, -1, axis=0), np.roll(high, -1, axis=0)
         parts += [np.stack([low, high, a], axis=1), np.stack([a, high, b], axis=1)]
-    mesh = TriangleMesh.joined(parts)
+    mesh = TriangleMesh.from_corners(parts)
     return mesh if mesh.volume > 0.0 else mesh.turned()
 
 
@@ -249,7 +251,7 @@ def test_a_holder_with_a_narrow_opening_is_rejected(meshes, tmp_path):
 def test_an_edge_width_is_that_of_a_quarter_circle(meshes):
     """A fall f below an edge of radius r takes sqrt(2 r f - f^2) in plan, less where the fall counts as flat."""
     up = HeightMap.of(meshes["die"], STROKE.blank)
-    inside = HeightMap.of(meshes["stamp"], STROKE.blank).there
+    inside = HeightMap.of(meshes["stamp"], STROKE.blank).covered_cells
     fall, radius = 3.0, 4.0
     flat = 0.02 * fall
     true = (2.0 * radius * fall - fall**2) ** 0.5 - (2.0 * radius * flat - flat**2) ** 0.5

@@ -43,13 +43,13 @@ def plate(outer, *holes, low, high):
 
     caps = [cap([at(ring, z) for ring in (outer, *holes)], body, z == high) for z in (low, high)]
     walls = [wall(at(outer, low), at(outer, high)), *(wall(at(hole, high), at(hole, low)) for hole in holes)]
-    return TriangleMesh.joined([*caps, *walls])
+    return TriangleMesh.from_corners([*caps, *walls])
 
 
 def revolved(profile, at=(0.0, 0.0), sides=96):
     """Body of revolution of a ``profile`` of radii and heights, the body on its left."""
     rings = [np.column_stack([circle(r, at, sides), np.full(sides, z)]) for r, z in profile]
-    return TriangleMesh.joined([wall(low, high) for low, high in pairwise(rings)])
+    return TriangleMesh.from_corners([wall(low, high) for low, high in pairwise(rings)])
 
 
 def dome(radius=15.0, at=(0.0, 0.0), sides=96, steps=41):
@@ -59,7 +59,7 @@ def dome(radius=15.0, at=(0.0, 0.0), sides=96, steps=41):
 
 
 def both(*meshes):
-    return TriangleMesh.joined([mesh.corners for mesh in meshes])
+    return TriangleMesh.from_corners([mesh.corners for mesh in meshes])
 
 
 def fit_of(folder, stroke=STROKE, **meshes) -> Fit:
@@ -128,9 +128,9 @@ def test_unusual_tools_fit_with_the_clearance_of_their_geometry(name, tmp_path):
     fit = fit_of(tmp_path, stamp=stamp, die=die)
     assert fit.problems == ()
     if name == "a face that slopes to the opening":  # the stamp enters it by less than from the highest place
-        assert 0.8 * STROKE.depth < fit.depth < STROKE.depth and len(fit.doubts) == 1
+        assert 0.8 * STROKE.depth < fit.depth < STROKE.depth and len(fit.fit_warnings) == 1
     else:
-        assert fit.depth == pytest.approx(STROKE.depth, abs=1e-3) and fit.doubts == ()
+        assert fit.depth == pytest.approx(STROKE.depth, abs=1e-3) and fit.fit_warnings == ()
     assert fit.die.size == pytest.approx(clearance, abs=0.02)
 
 

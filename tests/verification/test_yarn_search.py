@@ -135,7 +135,7 @@ def test_cut_ends_do_not_press_each_other_but_the_middles_of_others(cut, shift, 
     assert sorted(tracker.contacts.piece[0, : tracker.count].tolist()) == list(touching)
     ends = [1, 2, 6, 7] if cut else []
     expected = [i in ends or j - 9 in ends for i, j in tracker.contacts.piece[:, : tracker.count].T]
-    assert tracker.at_ends().tolist() == expected
+    assert tracker.end_flags().tolist() == expected
 
 
 def bent(curvature: float, gap: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,6 @@
 """Record of the bias extension test."""
 
-from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.base.kinds import SHEETS, Regression, RegressionRuns, TestKind
 from knittest.laboratory.records import CROSSINGS, LOOPS, labels_at
 
 #: shear angles at which forces are compared [deg]
@@ -43,11 +43,13 @@ KIND = TestKind(
     studied=True,
     regression=Regression(
         runs=(
-            Regressed(2, "quick", "meso", "quick", (("1", None),), ("rig.width=20", "rig.gauge_length=40"), "20mm"),
-            Regressed(1, "quick", "meso", "quick", (("2", None),)),
-            Regressed(7, "quick", "macro", "quick", SHEETS),
-            Regressed(4, "full", "meso", "quick", (("2", None),)),
-            Regressed(8, "full", "macro", "standard", (("1", None),)),
+            RegressionRuns(
+                2, "quick", "meso", "quick", (("1", None),), ("rig.width=20", "rig.gauge_length=40"), "20mm"
+            ),
+            RegressionRuns(1, "quick", "meso", "quick", (("2", None),)),
+            RegressionRuns(7, "quick", "macro", "quick", SHEETS),
+            RegressionRuns(4, "full", "meso", "quick", (("2", None),)),
+            RegressionRuns(8, "full", "macro", "standard", (("1", None),)),
         )
     ),
     laboratory="knittest.laboratory.bias_extension.lab_files:LAB",

@@ -7,10 +7,18 @@ from typing import Any
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_conditions import GAUGE, STANDARD, WIDTH, common, same
-from knittest.experiment.lab_recording import Array, Recording, reader
+from knittest.experiment.lab_conditions import GAUGE, STANDARD, WIDTH, common_value, sizes_agree
+from knittest.experiment.lab_recording import Array, Recording, make_reader
 from knittest.experiment.lab_results import Results
-from knittest.experiment.lab_shear import Sheared, Tested, reached, shear_curve, shear_curves, shear_forces, shear_rows
+from knittest.experiment.lab_shear import (
+    ShearLoading,
+    ShearSetup,
+    max_angle_field,
+    shear_curve,
+    shear_curves,
+    shear_forces,
+    shear_rows,
+)
 from knittest.experiment.lab_tests import LabTest
 from knittest.laboratory.bias_extension.strip import BiasStrip
 
@@ -18,39 +26,39 @@ NAME = "bias-extension"
 
 
 @dataclass(frozen=True)
-class Pulled(Sheared):
+class BiasSpecimen(ShearLoading):
     """Specimen whose angle is that of pin-jointed yarns."""
 
     strip: BiasStrip
 
     @property
-    def normalised(self) -> Array:
+    def normalised_force(self) -> Array:
         """Normalised shear force [N/mm], (n,)."""
-        return self.strip.normalised(self.force, np.deg2rad(self.angle))
+        return self.strip.normalised_force(self.force, np.deg2rad(self.angle))
 
 
-def _pulled(r: Recording) -> Pulled:
+def _read_specimen(r: Recording) -> BiasSpecimen:
     """Convert travel or strain of the clamp to the angle; a measured angle is not read."""
-    origin, (length, width) = r.read(), r.needed(GAUGE, WIDTH)
-    part = r.known(STANDARD) if "travel" in r.values and r.is_kind(r.columns["travel"], "standard") else None
-    if part is not None and not same(part, length):
+    origin, (length, width) = r.read(), r.require(GAUGE, WIDTH)
+    part = r.find(STANDARD) if "travel" in r.values and r.is_kind(r.columns["travel"], "standard") else None
+    if part is not None and not sizes_agree(part, length):
         both = f"{part:g} mm, the clamps {length:g} mm"
         raise InputError(f"{r.where}: the standard travel has a gauge length of {both}: keep the right one")
     try:
         strip = BiasStrip(length, width)
     except InputError as error:
         raise InputError(f"{r.path}: {error}") from None
-    tested = Tested(
+    tested = ShearSetup(
         NAME, strip.angle, strip.longest, f"a strip {width:g} mm wide, {length:g} mm between the clamps,",
         "the strip not yet sheared", f"{GAUGE.option}, {WIDTH.option}", length,
     )  # fmt: skip
     sheared, _ = shear_curve(r, tested)
-    return Pulled(**origin, **sheared, strip=strip)
+    return BiasSpecimen(**origin, **sheared, strip=strip)
 
 
-def _results(strips: Sequence[Pulled]) -> Results:
-    length = common(GAUGE, [s.strip.length for s in strips], strips)
-    width = common(WIDTH, [s.strip.width for s in strips], strips)
+def _results(strips: Sequence[BiasSpecimen]) -> Results:
+    length = common_value(GAUGE, [s.strip.length for s in strips], strips)
+    width = common_value(WIDTH, [s.strip.width for s in strips], strips)
     normalised, digests = shear_forces(strips)
     forces = {a: np.array([np.interp(a, s.angle, s.force) for s in strips]) for a in normalised}
     rows = {"bias_normalised_force_n_per_mm": normalised, "bias_force_n": forces}
@@ -70,10 +78,11 @@ def _results(strips: Sequence[Pulled]) -> Results:
 
 def _rig(test: dict[str, Any]) -> dict[str, float]:
     sizes = test["conditions"]
-    return {"gauge_length": sizes[GAUGE.key], "width": sizes[WIDTH.key], **reached(test)}
+    return {"gauge_length": sizes[GAUGE.key], "width": sizes[WIDTH.key], **max_angle_field(test)}
 
 
 LAB = LabTest(
-    NAME, reader([("force",), ("travel", "extensometer")], "a force and a displacement of the clamp", _pulled),
+    NAME,
+    make_reader([("force",), ("travel", "extensometer")], "a force and a displacement of the clamp", _read_specimen),
     _results, (WIDTH, GAUGE), ("sign", "zero", "preload"), _rig,
 )  # fmt: skip

@@ -8,47 +8,55 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Body, Specimen
-from knittest.experiment.curves import FORCE, ReferenceCurve, noted
-from knittest.experiment.curves import normalised as of_frame
+from knittest.experiment.curves import FORCE, ReferenceCurve, add_note
+from knittest.experiment.curves import normalise_force as of_frame
 from knittest.export.line_picture import Line
 from knittest.export.yarn_pictures import PULLED, faces_picture
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.strip import BiasStrip, pin_jointed_force, strip_of
-from knittest.laboratory.bias_extension.zones import material_of, zone_picture, zone_table
-from knittest.laboratory.given_data import matched_corridor
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, NoSize, References, same_test, title_of
+from knittest.laboratory.bias_extension.zones import material_points, zone_picture, zone_table
+from knittest.laboratory.reference_curves import matched_corridor
+from knittest.laboratory.report_base import (
+    Columns,
+    CurveAxes,
+    FabricReport,
+    References,
+    SizeFreeReport,
+    check_same_test,
+    title_of,
+)
 from knittest.laboratory.strips import STRIP_JAWS, strip_jaws
 from knittest.materials.trellis import ANGLE, NORMALISED
 
 NORMALISED_LABEL = "normalised shear force [N/mm]"
 #: shear angle at which the zones are drawn [deg]
-MAPPED = 30.0
+MAPPED_ANGLE = 30.0
 
 
-class BiasExtensionReport(NoSize[BiasExtensionRun], FabricReport[BiasExtensionRun]):
+class BiasExtensionReport(SizeFreeReport[BiasExtensionRun], FabricReport[BiasExtensionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
         ANGLE, FORCE, "shear angle of the middle, pin-jointed [deg]", "force of the clamp [N]", others=(NORMALISED,),
         labels={NORMALISED: NORMALISED_LABEL}, reach="rig.max_angle",
     )  # fmt: skip
-    placed_by = STRIP_JAWS
+    placement_facts = STRIP_JAWS
 
-    def matched(self, run: BiasExtensionRun, curve: ReferenceCurve) -> ReferenceCurve:
+    def scale_curve(self, run: BiasExtensionRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Normalise ``curve`` by its strip or frame; raises :class:`InputError` for another test or unknown size."""
         tested = curve.conditions
         if tested.frame_side_mm and tested.fabric_side_mm:
-            return noted(of_frame(curve), "of a picture frame, which shears the whole fabric alike")
+            return add_note(of_frame(curve), "of a picture frame, which shears the whole fabric alike")
         if curve.y_name == NORMALISED and tested.test not in ("", run.rig.kind):
-            return noted(curve, f"of a {tested.test} test, normalised to the same shear force")
-        return normalised(same_test(run, curve))
+            return add_note(curve, f"of a {tested.test} test, normalised to the same shear force")
+        return normalise_curve(check_same_test(run, curve))
 
     def size(self, run: BiasExtensionRun) -> tuple[float, str]:
         """Sheared areas over half the middle's diagonal [mm], to which the force is proportional."""
         strip = strip_of(run)
         return 2.0 * sum(strip.areas) / strip.middle, f"{strip.width:g} mm wide, {strip.length:g} mm between the clamps"
 
-    def size_free(self, run: BiasExtensionRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+    def size_free_curve(self, run: BiasExtensionRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """The normalised force."""
         return replace(self.axes, y=NORMALISED, ylabel=NORMALISED_LABEL), dict(columns)
 
@@ -59,7 +67,7 @@ class BiasExtensionReport(NoSize[BiasExtensionRun], FabricReport[BiasExtensionRu
     def tables(self, run: BiasExtensionRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """zones.csv of the first specimen."""
         history = specimens[0].history
-        return {"zones.csv": zone_table(history, strip_of(run), material_of(run, history))}
+        return {"zones.csv": zone_table(history, strip_of(run), material_points(run, history))}
 
     def placed(self, run: BiasExtensionRun, specimen: Specimen) -> list[Body]:
         """Both jaws."""
@@ -68,7 +76,10 @@ class BiasExtensionReport(NoSize[BiasExtensionRun], FabricReport[BiasExtensionRu
     def draw_specimen(self, run: BiasExtensionRun, specimen: Specimen, folder: Path) -> None:
         """Draw zones.png, and deformed.png of a meso model."""
         history = specimen.history
-        frame, material = min(history.frames, key=lambda one: abs(one.coordinate - MAPPED)), material_of(run, history)
+        frame, material = (
+            min(history.frames, key=lambda one: abs(one.coordinate - MAPPED_ANGLE)),
+            material_points(run, history),
+        )
         zone_picture(
             folder / "zones.png", zone_table(history, strip_of(run), material), material.drawn(frame),
             np.rad2deg(material.angles(frame)), title=title_of(run),
@@ -87,12 +98,12 @@ class BiasExtensionReport(NoSize[BiasExtensionRun], FabricReport[BiasExtensionRu
         if run.model.scale == "macro":
             strip, angle = strip_of(run), specimens[0].history.curve[ANGLE]
             force = pin_jointed_force(run, strip, np.deg2rad(angle))
-            force = strip.normalised(force, np.deg2rad(angle)) if references.curves else force
+            force = strip.normalised_force(force, np.deg2rad(angle)) if references.curves else force
             lines.append(Line(angle, force, "shear law, pin-jointed yarns", ":"))
         self.draw_lines(run, lines, references, path, ylabel=label)
 
 
-def normalised(curve: ReferenceCurve) -> ReferenceCurve:
+def normalise_curve(curve: ReferenceCurve) -> ReferenceCurve:
     """Normalised shear force [N/mm] of a strip; raises :class:`InputError` for a force [N] without the strip's size."""
     if curve.y_name == NORMALISED:
         return curve
@@ -104,6 +115,6 @@ def normalised(curve: ReferenceCurve) -> ReferenceCurve:
             f"{curve.file or curve.source}: {curve.y_name} of a bias strip: expected a column {NORMALISED}, or "
             f"{FORCE} of the clamp with {missing or 'both sizes'} in the header (--gauge-length, --width)"
         )
-    force = BiasStrip(length, width).normalised(curve.mean, np.deg2rad(curve.x))
+    force = BiasStrip(length, width).normalised_force(curve.mean, np.deg2rad(curve.x))
     note = f"normalised by its own size, {width:g} mm wide, {length:g} mm between the clamps"
-    return noted(replace(curve, mean=force, sd=None, y_name=NORMALISED), note)
+    return add_note(replace(curve, mean=force, sd=None, y_name=NORMALISED), note)

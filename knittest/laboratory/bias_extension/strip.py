@@ -10,10 +10,10 @@ from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
-from knittest.fabric.strip import CutPath, cells_under, cut_on_the_bias
+from knittest.fabric.strip import CutPath, cells_for_bias_strip, cut_on_the_bias
 from knittest.laboratory.base import shear_curve
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
-from knittest.laboratory.strips import YarnStrip, centred, cut
+from knittest.laboratory.strips import YarnStrip, centre_paths, cut_piece
 from knittest.materials.shear import shear_table
 from knittest.materials.trellis import crosshead, frame_angle
 from knittest.models.meso import chain_order
@@ -39,7 +39,7 @@ Index = NDArray[np.int64]
 # Part A 39, 1037-1053, and of Launay et al. (2008), Compos. Sci. Technol. 68, 506-515. Lengths in mm, forces in N.
 
 #: length over width from which on the middle is a zone of its own
-SLENDER = 2.0
+LEAST_SLENDERNESS = 2.0
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,11 @@ class BiasStrip:
     width: float
 
     def __post_init__(self) -> None:
-        if not self.length >= SLENDER * self.width * (1.0 - 1e-9):
+        if not self.length >= LEAST_SLENDERNESS * self.width * (1.0 - 1e-9):
             raise InputError(
-                f"a strip {self.length:g} mm long and {self.width:g} mm wide: expected at least {SLENDER:g} times the "
-                f"width between the clamps, {SLENDER * self.width:g} mm: else yarns run from clamp to clamp"
+                f"a strip {self.length:g} mm long and {self.width:g} mm wide: expected at least "
+                f"{LEAST_SLENDERNESS:g} times the "
+                f"width between the clamps, {LEAST_SLENDERNESS * self.width:g} mm: else yarns run from clamp to clamp"
             )
 
     @property
@@ -116,7 +117,7 @@ class BiasStrip:
         found: Array = spsolve_triangular(system, 0.5 * pull * self.middle * lever)
         return found[n - len(angle) :]
 
-    def normalised(self, force: Array, angle: Array) -> Array:
+    def normalised_force(self, force: Array, angle: Array) -> Array:
         """Normalised shear force F_sh = S / cos gamma [N/mm] of the clamp's force [N] at ``angle`` [rad], (n,) each."""
         return np.asarray(self.conjugate(force, angle) / np.cos(angle))
 
@@ -143,7 +144,7 @@ def pin_jointed_force(run: Run, strip: BiasStrip, angle: Array) -> Array:
 _SOUTH, _EAST, _NORTH, _WEST = (0, -1), (1, 0), (0, 1), (-1, 0)
 
 
-def diamonds(length: float, width: float, size: float) -> tuple[int, int]:
+def diamond_counts(length: float, width: float, size: float) -> tuple[int, int]:
     """Number of diamonds along and across; each is divided into four shells of about ``size`` [mm]."""
     diagonal = 2.0 * sqrt(2.0) * size
     across = max(round(width / diagonal), 2)
@@ -152,11 +153,11 @@ def diamonds(length: float, width: float, size: float) -> tuple[int, int]:
 
 def bias_mesh(length: float, width: float, size: float) -> tuple[Array, Index]:
     """Nodes (n, 3) [mm] of a strip about the origin, its length along y, and shells of about ``size`` (n_el, 4)."""
-    along, across = diamonds(length, width, size)
+    along, across = diamond_counts(length, width, size)
     quads: list[list[tuple[float, float]]] = []
     for j in range(2 * along + 1):
         for i in range(1 - j % 2, 2 * across + 1, 2):
-            quads += _shells(i, j, 2 * across, 2 * along)
+            quads += _diamond_shells(i, j, 2 * across, 2 * along)
     corners = np.array(quads)
     places, conn = np.unique(np.round(corners.reshape(-1, 2) * 12.0).astype(np.int64), axis=0, return_inverse=True)
     position = np.zeros((len(places), 3))
@@ -165,7 +166,7 @@ def bias_mesh(length: float, width: float, size: float) -> tuple[Array, Index]:
     return position, conn.reshape(-1, 4).astype(np.int64)
 
 
-def _shells(i: int, j: int, right: int, top: int) -> list[list[tuple[float, float]]]:
+def _diamond_shells(i: int, j: int, right: int, top: int) -> list[list[tuple[float, float]]]:
     """Quadrilaterals of the diamond about (i, j), or of the half of it that lies in the strip."""
     corners = [(i + x, j + y) for x, y in (_SOUTH, _EAST, _NORTH, _WEST)]
     inside = [c for c in corners if 0 <= c[0] <= right and 0 <= c[1] <= top]
@@ -198,21 +199,21 @@ class Crossings:
 
     def places(self, frame: Frame) -> Array:
         """Place of each crossing, (n, 2) [mm]."""
-        return np.asarray(0.5 * (_at(frame, self.warp) + _at(frame, self.weft)))
+        return np.asarray(0.5 * (_crossing_points(frame, self.warp) + _crossing_points(frame, self.weft)))
 
     def slip(self, start: Frame, frame: Frame) -> Array:
         """Way [mm] in the plane that the yarns of each crossing have moved against each other since ``start``, (n,)."""
-        apart = [_at(one, self.warp) - _at(one, self.weft) for one in (start, frame)]
+        apart = [_crossing_points(one, self.warp) - _crossing_points(one, self.weft) for one in (start, frame)]
         return np.asarray(np.linalg.norm(apart[1] - apart[0], axis=1))
 
 
-def _at(frame: Frame, nodes: Index) -> Array:
+def _crossing_points(frame: Frame, nodes: Index) -> Array:
     """Place of a yarn at each crossing, (n, 2) [mm]."""
     return np.asarray(frame.position[nodes[:, 1], :2])
 
 
 @dataclass(frozen=True)
-class YarnsOnTheBias:
+class BiasYarns:
     """Pieces of yarn in strip and jaws, in the order of the chains, cut from ``piece`` of whole cells."""
 
     piece: YarnStrip
@@ -228,7 +229,7 @@ class YarnsOnTheBias:
         for path in self.paths:
             if path.system in pitches:
                 number = pitches[path.system]
-                step = (len(path.uncut.points) - 1) // number
+                step = (len(path.uncut_path.points) - 1) // number
                 own = range(path.first, path.first + len(path.points))
                 for k in range(number):
                     if k * step in own and (k + 1) * step in own:
@@ -246,18 +247,18 @@ def jaw_length(fabric: Fabric) -> float:
     return JAW_CELLS * sqrt(2.0) * max(fabric.wale_spacing, fabric.course_spacing)
 
 
-def yarns_on_the_bias(
+def cut_bias_yarns(
     run: BiasExtensionRun, strip: BiasStrip, specimen: int = 0, observer: Observer = SILENT
-) -> YarnsOnTheBias:
+) -> BiasYarns:
     """Yarns of the strip, about the origin."""
     fabric, end = run.fabric, 0.5 * strip.length
     length = strip.length + 2.0 * jaw_length(fabric)
     pitches = fabric.wale_spacing, fabric.course_spacing
-    n_wales, n_courses = cells_under(length, strip.width, pitches)
-    piece = cut(run, n_wales, n_courses, specimen, observer)
-    paths = centred(piece.paths, np.array([n_wales * pitches[0], n_courses * pitches[1]]))
+    n_wales, n_courses = cells_for_bias_strip(length, strip.width, pitches)
+    piece = cut_piece(run, n_wales, n_courses, specimen, observer)
+    paths = centre_paths(piece.paths, np.array([n_wales * pitches[0], n_courses * pitches[1]]))
     # one loop may stay: the rows beside it hold it
     shortest = {"warp": SHORTEST, "weft": SHORTEST, "knit": run.model.meso.elements_per_loop}
     found = cut_on_the_bias(paths, length, strip.width, shortest)
     free = [path for path in found if np.abs(path.points[:, 1]).min() < end]  # the rest lies in a jaw
-    return YarnsOnTheBias(piece, sorted(free, key=chain_order), n_wales, n_courses)
+    return BiasYarns(piece, sorted(free, key=chain_order), n_wales, n_courses)

@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Array, History
-from knittest.laboratory.after_rest import row_check
-from knittest.laboratory.base import Prepared, sheet_model
+from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
-from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh, jaw_length, strip_of, yarns_on_the_bias
-from knittest.laboratory.bias_extension.zones import material_of, zone_table
+from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh, cut_bias_yarns, jaw_length, strip_of
+from knittest.laboratory.bias_extension.zones import material_points, zone_table
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.judging import Span
-from knittest.laboratory.law_end import refuse_beyond_law
-from knittest.laboratory.strips import clamp_forces, unevenness
+from knittest.laboratory.quality_checks import Span
+from knittest.laboratory.restart import make_row_check
+from knittest.laboratory.shear_law_end import check_law_range
+from knittest.laboratory.strips import clamp_forces, random_offsets
 from knittest.materials.trellis import ANGLE, NORMALISED
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.meso import build_meso
@@ -45,17 +45,17 @@ class BiasExtensionTest(TestRig):
         self.ring_length = float(np.sqrt(2.0)) * self.strip.length
         self.speed, self.start = run.solver.speed_mm_per_ms, run.solver.ramp_ms
         self.fastest = FASTEST if run.model.scale == "meso" else 1.0
-        self.pull = self._pull()
-        self.duration = self._time(self._travel(run.rig.max_angle))
+        self.pull = self._clamp_speed()
+        self.duration = self._time_at(self._travel(run.rig.max_angle))
         self.marks = tuple(
-            self._time(self._travel(angle)) / self.duration for angle in ANGLES if angle <= run.rig.max_angle
+            self._time_at(self._travel(angle)) / self.duration for angle in ANGLES if angle <= run.rig.max_angle
         )
 
     def _travel(self, angle: float) -> float:
         """Travel [mm] that shears the middle of pin-jointed yarns by ``angle`` [deg]."""
         return self.strip.travel(float(np.deg2rad(angle)))
 
-    def _pull(self) -> Table:
+    def _clamp_speed(self) -> Table:
         """Speed [mm/ms] of the clamp: v up to the travel x1 of the first angle, then v x / x1 = v exp(v t / x1)."""
         begin = ramp(self.start, self.speed)
         if self.fastest == 1.0:
@@ -65,7 +65,7 @@ class BiasExtensionTest(TestRig):
         later = np.linspace(0.0, first / speed * log(self.fastest), KNOTS)
         return Table((*begin.time, *(since + later)), (*begin.value, *(speed * np.exp(later * speed / first))))
 
-    def _time(self, travel: float) -> float:
+    def _time_at(self, travel: float) -> float:
         """Time [ms] at which the clamp has gone ``travel`` [mm]."""
         time, speed = np.array(self.pull.time), np.array(self.pull.value)
         gone = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
@@ -99,39 +99,39 @@ class BiasExtension(FabricTest[BiasExtensionRun]):
 
     lowers_speed = True
 
-    def mount_shells(self, run: BiasExtensionRun, specimen: int) -> Prepared:
+    def mount_shells(self, run: BiasExtensionRun, specimen: int) -> PreparedSpecimen:
         """Make the strip of shells along y."""
-        refuse_beyond_law(run, run.rig.max_angle)
+        check_law_range(run, run.rig.max_angle)
         strip, macro = strip_of(run), run.model.macro
         points, cells = bias_mesh(strip.length, strip.width, macro.element_size_mm)
         ends = ends_of(points, strip)
         free = np.setdiff1d(np.arange(len(points)), np.concatenate(ends))
-        points[free, 2] = unevenness(macro.imperfection_mm, run.variability.seed + specimen, len(free))
+        points[free, 2] = random_offsets(macro.imperfection_mm, run.variability.seed + specimen, len(free))
         model = sheet_model(run, points, cells, WARP)
-        return Prepared(model, BiasExtensionTest(run, strip, *ends), facts=_facts(strip, strip.length))
+        return PreparedSpecimen(model, BiasExtensionTest(run, strip, *ends), facts=_facts(strip, strip.length))
 
-    def mount_yarns(self, run: BiasExtensionRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: BiasExtensionRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the strip of yarns along y."""
         strip = strip_of(run)
-        found = yarns_on_the_bias(run, strip, specimen, observer)
+        found = cut_bias_yarns(run, strip, specimen, observer)
         model = build_meso(run, found.paths, found.piece.draws, run.rig.membrane_share)
         mount = BiasExtensionTest(run, strip, *ends_of(model.position(), strip))
         facts = _facts(strip, strip.length + 2.0 * jaw_length(run.fabric))
-        return Prepared(model, mount, yarns=found.piece.table, facts=facts)
+        return PreparedSpecimen(model, mount, yarns=found.piece.table, facts=facts)
 
-    def check_of_rows(self, run: BiasExtensionRun, prepared: Prepared) -> Callable[[Simulation], None]:
+    def make_row_check(self, run: BiasExtensionRun, prepared: PreparedSpecimen) -> Callable[[Simulation], None]:
         """Check the energy ratios from the first angle of a result on."""
-        return row_check(run, prepared.restarts, ANGLE, ANGLES[0] - NEAR)
+        return make_row_check(run, prepared.restarts, ANGLE, ANGLES[0] - NEAR)
 
-    def finish(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> History:
+    def finish(self, run: BiasExtensionRun, prepared: PreparedSpecimen, history: History) -> History:
         """Add the normalised force, which depends on the forces at all smaller angles."""
-        found = strip_of(run).normalised(history.curve["force_n"], np.deg2rad(history.curve[ANGLE]))
+        found = strip_of(run).normalised_force(history.curve["force_n"], np.deg2rad(history.curve[ANGLE]))
         return replace(history, curve=history.curve | {NORMALISED: found})
 
-    def results(self, run: BiasExtensionRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: BiasExtensionRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Force, normalised force and shear angle of the middle at angles of pin-jointed yarns."""
-        most, table = run.rig.max_angle, zone_table(history, strip_of(run), material_of(run, history))
-        return forces_at(history, most) | middle_at(table, most)
+        most, table = run.rig.max_angle, zone_table(history, strip_of(run), material_points(run, history))
+        return forces_at(history, most) | middle_results(table, most)
 
     def span(self, history: History) -> Span:
         """Return the span from the first angle of a result on."""
@@ -164,7 +164,7 @@ def forces_at(history: History, most: float) -> dict[str, float]:
     }
 
 
-def middle_at(table: dict[str, Array], most: float) -> dict[str, float]:
+def middle_results(table: dict[str, Array], most: float) -> dict[str, float]:
     """Mean angle [deg] of the middle's inner half, and slip [mm], at each of :data:`ANGLES` up to ``most`` [deg]."""
     columns = {"middle_shear_angle_deg": "middle_mean_deg", "crossing_slip_mm": "slip_percentile_95_mm"}
     return {

@@ -8,18 +8,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, dress, new_figure, save
+from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, new_figure, save, style_axes
 from knittest.base.history import Array, Frame, History
-from knittest.export.field_pictures import shear_field
+from knittest.export.field_pictures import draw_shear_field
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
-from knittest.laboratory.bias_extension.strip import BiasStrip, strip_of, yarns_on_the_bias
-from knittest.laboratory.law_end import shell_areas
+from knittest.laboratory.bias_extension.strip import BiasStrip, cut_bias_yarns, strip_of
+from knittest.laboratory.shear_law_end import shell_areas
 from knittest.laboratory.strips import angle_scatter, shell_angles
 from knittest.materials.trellis import ANGLE
 
 
 @dataclass(frozen=True)
-class Material:
+class MaterialPoints:
     """Points or shells of the strip: ``places`` (n, 2) [mm] at the start and ``weights`` (n,).
 
     Of a frame: shear ``angles`` [rad], (n,), positive where the pull shears; polygons (n, 4, 2) or points (n, 2) [mm]
@@ -33,16 +33,16 @@ class Material:
     slip: Callable[[Frame], Array] | None = None
 
 
-def material_of(run: BiasExtensionRun, history: History) -> Material:
+def material_points(run: BiasExtensionRun, history: History) -> MaterialPoints:
     """Material of the first specimen of ``run``."""
     start, cells = history.frames[0], history.mesh.cells
     if history.mesh.kind == "shells":
         corners = start.position[cells]
         drawn = lambda frame: frame.position[cells][:, :, :2]  # noqa: E731
-        return Material(corners.mean(axis=1)[:, :2], shell_areas(corners), shell_angles, drawn)
-    found = yarns_on_the_bias(run, strip_of(run)).crossings()
+        return MaterialPoints(corners.mean(axis=1)[:, :2], shell_areas(corners), shell_angles, drawn)
+    found = cut_bias_yarns(run, strip_of(run)).crossings()
     places = found.places(start)
-    return Material(places, np.ones(len(places)), found.angles, found.places, partial(found.slip, start))
+    return MaterialPoints(places, np.ones(len(places)), found.angles, found.places, partial(found.slip, start))
 
 
 #: zones by the number of yarns of a crossing that a clamp holds
@@ -61,16 +61,16 @@ def zones(points: Array, strip: BiasStrip) -> NDArray[np.int64]:
     return held
 
 
-def is_read(points: Array, strip: BiasStrip) -> NDArray[np.bool_]:
+def is_inner_middle(points: Array, strip: BiasStrip) -> NDArray[np.bool_]:
     """Tell which of ``points`` (n, 2) [mm] lie in the inner half of the middle."""
     outer = points[:, :2] / READ
     in_strip = (np.abs(outer) <= [0.5 * strip.width, 0.5 * strip.length]).all(axis=1)
     return np.asarray(in_strip & (zones(outer, strip) == MIDDLE))
 
 
-def zone_table(history: History, strip: BiasStrip, material: Material) -> dict[str, Array]:
+def zone_table(history: History, strip: BiasStrip, material: MaterialPoints) -> dict[str, Array]:
     """Columns of zones.csv [deg], slip [mm]: pin-jointed yarns, the middle's inner half, the zones at the clamps."""
-    zone, read = zones(material.places, strip), is_read(material.places, strip)
+    zone, read = zones(material.places, strip), is_inner_middle(material.places, strip)
     rows: list[dict[str, float]] = []
     for frame in history.frames:
         if rows and frame.coordinate <= rows[-1][ANGLE]:
@@ -80,8 +80,8 @@ def zone_table(history: History, strip: BiasStrip, material: Material) -> dict[s
         row = {
             ANGLE: frame.coordinate, "middle_mean_deg": middle.mean, "middle_sd_deg": middle.sd,
             "middle_percentile_5_deg": middle.low, "middle_percentile_95_deg": middle.high,
-            "half_mean_deg": _mean(angle, material.weights, zone == HALF),
-            "rigid_mean_deg": _mean(angle, material.weights, zone == RIGID),
+            "half_mean_deg": _mean_angle(angle, material.weights, zone == HALF),
+            "rigid_mean_deg": _mean_angle(angle, material.weights, zone == RIGID),
         }  # fmt: skip
         if material.slip is not None:
             row["slip_percentile_95_mm"] = float(np.percentile(material.slip(frame), SLIPPED))
@@ -89,7 +89,7 @@ def zone_table(history: History, strip: BiasStrip, material: Material) -> dict[s
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
-def _mean(angle: Array, weights: Array, of: NDArray[np.bool_]) -> float:
+def _mean_angle(angle: Array, weights: Array, of: NDArray[np.bool_]) -> float:
     """Mean [deg] of ``angle`` [rad] ``of`` some points; nan of none, as in the corners of narrow strips."""
     return float(np.rad2deg(np.average(angle[of], weights=weights[of]))) if of.any() else np.nan
 
@@ -108,7 +108,7 @@ def zone_picture(
     wide, tall = LEFT + CURVES + BETWEEN + across + RIGHT, BOTTOM + HIGH + TOP
     figure = new_figure(wide, tall)
     axes = figure.add_axes((LEFT / wide, BOTTOM / tall, CURVES / wide, HIGH / tall))
-    dress(axes)
+    style_axes(axes)
     theory = table["shear_angle_deg"]
     for name, label, colour, share in (
         ("middle_mean_deg", "middle, its inner half", BLUE, 1.0),
@@ -128,7 +128,7 @@ def zone_picture(
     axes.legend(loc="best", frameon=False)
     figure.text(LEFT / wide, 1.0 - 0.3 / tall, title, fontsize=12, color=BLACK)
     plane = figure.add_axes(((LEFT + CURVES + BETWEEN) / wide, BOTTOM / tall, across / wide, HIGH / tall))
-    drawn = shear_field(plane, places, angle)
+    drawn = draw_shear_field(plane, places, angle)
     plane.set_title(where, fontsize=10, loc="left")
     place = ((wide - RIGHT + 0.2) / wide, (BOTTOM + 0.1 * HIGH) / tall, 0.18 / wide, 0.8 * HIGH / tall)
     figure.colorbar(drawn, cax=figure.add_axes(place)).set_label("shear angle [deg]")

@@ -1,7 +1,7 @@
 """Record of the biaxial test."""
 
-from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
-from knittest.laboratory.records import PULLED
+from knittest.base.kinds import STRIPS, Regression, RegressionRuns, TestKind
+from knittest.laboratory.records import TENSION_FIELDS
 
 KIND = TestKind(
     name="biaxial",
@@ -29,7 +29,7 @@ KIND = TestKind(
     sizes=("side",),
     deciding={
         "macro": ("macro.tension.{d}", "macro.fracture_strain.{d}", "macro.poisson"),
-        "meso": ("warp_density", "weft_density", *PULLED),
+        "meso": ("warp_density", "weft_density", *TENSION_FIELDS),
     },
     fed=("macro",),
     hinges={"stop_force_ratio": 1},
@@ -37,10 +37,10 @@ KIND = TestKind(
     studied=True,
     regression=Regression(
         runs=(
-            Regressed(7, "quick", "meso", "quick", STRIPS),
-            Regressed(8, "quick", "macro", "quick", STRIPS),
-            Regressed(4, "full", "meso", "quick", (("2", "warp"),)),
-            Regressed(8, "full", "macro", "standard", (("1", "warp"),)),
+            RegressionRuns(7, "quick", "meso", "quick", STRIPS),
+            RegressionRuns(8, "quick", "macro", "quick", STRIPS),
+            RegressionRuns(4, "full", "meso", "quick", (("2", "warp"),)),
+            RegressionRuns(8, "full", "macro", "standard", (("1", "warp"),)),
         )
     ),
     laboratory="knittest.laboratory.biaxial.lab_files:LAB",

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from knittest.base.errors import InputError
-from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, common
+from knittest.experiment.lab_conditions import GAUGE, RATIO, WIDTH, common_value
 from knittest.experiment.lab_recording import Recording
 from knittest.experiment.lab_results import Results
 from knittest.experiment.lab_shear import digests
-from knittest.experiment.lab_strips import one_series, read_strip, strip_curves, strip_reader
+from knittest.experiment.lab_strips import make_series, read_strip, strip_curves, strip_reader
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Specimen, peaks
 
@@ -17,25 +17,25 @@ UNITS = {"biaxial_force_n_per_mm": "N/mm", "biaxial_strain_pct": "%"}
 
 
 @dataclass(frozen=True)
-class Stretched(Specimen):
+class BiaxialSpecimen(Specimen):
     """A specimen, and the strain of its other system over that of the direction."""
 
     ratio: float = 1.0
 
 
-def _stretched(r: Recording) -> Stretched:
-    axes = [r.table.names[k] for k in r.table.having("force") if r.is_kind(k, "axis")]
+def _read_specimen(r: Recording) -> BiaxialSpecimen:
+    axes = [r.table.names[k] for k in r.table.columns_of_roles("force") if r.is_kind(k, "axis")]
     if len(axes) > 1:
         raise InputError(
             f"{r.table.where}: columns {axes[0]!r} and {axes[1]!r} are of two directions; name force and travel of "
             f'the tested direction, such as --column force="{axes[0]}"'
         )
-    return Stretched(**vars(read_strip(r)), ratio=r.needed(RATIO)[0])
+    return BiaxialSpecimen(**vars(read_strip(r)), ratio=r.require(RATIO)[0])
 
 
-def _results(specimens: Sequence[Stretched]) -> Results:
-    ratio = common(RATIO, [s.ratio for s in specimens], specimens)
-    _, narrow, sizes = one_series(specimens)
+def _results(specimens: Sequence[BiaxialSpecimen]) -> Results:
+    ratio = common_value(RATIO, [s.ratio for s in specimens], specimens)
+    _, narrow, sizes = make_series(specimens)
     force, strain = peaks(narrow)
     return Results(
         dict(zip(UNITS, (force, strain), strict=True)), UNITS, [*sizes.items(), (RATIO, ratio)],
@@ -46,6 +46,6 @@ def _results(specimens: Sequence[Stretched]) -> Results:
 
 
 LAB = LabTest(
-    NAME, strip_reader(_stretched), _results, (WIDTH, GAUGE, RATIO), ("sign",),
+    NAME, strip_reader(_read_specimen), _results, (WIDTH, GAUGE, RATIO), ("sign",),
     lambda test: {"ratio": test["conditions"][RATIO.key]},
 )  # fmt: skip

@@ -9,29 +9,36 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import Body, History, Specimen
 from knittest.experiment.conditions import Conditions
-from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, per_width
+from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, to_force_per_width
 from knittest.experiment.tables import PublishedValue
 from knittest.export import yarn_pictures
 from knittest.export.line_picture import Line
 from knittest.laboratory.base import tension_curve
 from knittest.laboratory.biaxial.config import BiaxialRun
-from knittest.laboratory.biaxial.test import SIDES, across
-from knittest.laboratory.given_data import matched_corridor
-from knittest.laboratory.report_base import CurveAxes, FabricReport, NoSize, References, same_test, title_of
-from knittest.laboratory.strips import AXIS, at_frames, jaw
+from knittest.laboratory.biaxial.test import SIDES, cross_direction
+from knittest.laboratory.reference_curves import matched_corridor
+from knittest.laboratory.report_base import (
+    CurveAxes,
+    FabricReport,
+    References,
+    SizeFreeReport,
+    check_same_test,
+    title_of,
+)
+from knittest.laboratory.strips import AXIS, make_jaw, values_at_frames
 
 NAMES = (("left rail", "right rail"), ("lower rail", "upper rail"))
 
 
 def rails(history: History, axis: int, sides: tuple[float, float]) -> list[Body]:
     """Rails along a rectangle of ``sides`` (x, y) [mm] about the origin; ``axis`` (0: x, 1: y) is the direction."""
-    own, cross = (0.01 * at_frames(history, column) for column in ("strain_pct", "cross_strain_pct"))
+    own, cross = (0.01 * values_at_frames(history, column) for column in ("strain_pct", "cross_strain_pct"))
     found = []
     for normal, (side, strain) in enumerate(zip(sides, (own, cross) if axis == 0 else (cross, own), strict=True)):
         for name, way in zip(NAMES[normal], (-1.0, 1.0), strict=True):
             offset = np.zeros((len(history.frames), 3))
             offset[:, normal] = 0.5 * way * side * strain
-            found.append(jaw(name, history, normal, (0.5 * way * side, way), offset, aside=0.0))
+            found.append(make_jaw(name, history, normal, (0.5 * way * side, way), offset, aside=0.0))
     return found
 
 
@@ -39,11 +46,11 @@ def rails(history: History, axis: int, sides: tuple[float, float]) -> list[Body]
 SAME_RATIO = 0.02
 
 
-class BiaxialReport(NoSize[BiaxialRun], FabricReport[BiaxialRun]):
+class BiaxialReport(SizeFreeReport[BiaxialRun], FabricReport[BiaxialRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", FORCE_PER_WIDTH, "strain [%]", "force per width [N/mm]", peak="biaxial_strain_pct")
-    placed_by = SIDES
+    placement_facts = SIDES
 
     def scaled(self, run: BiaxialRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Forces per width as they are; raises :class:`InputError` for another ratio of the strains."""
@@ -51,9 +58,9 @@ class BiaxialReport(NoSize[BiaxialRun], FabricReport[BiaxialRun]):
             _check_ratio(run, row.conditions, f"{row.file}: {row.quantity}", "a row strain_ratio")
         return list(rows)
 
-    def matched(self, run: BiaxialRun, curve: ReferenceCurve) -> ReferenceCurve:
+    def scale_curve(self, run: BiaxialRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Force per width; raises :class:`InputError` for another test, direction or ratio of the strains."""
-        found = per_width(same_test(run, curve))
+        found = to_force_per_width(check_same_test(run, curve))
         _check_ratio(run, curve.conditions, curve.file or curve.source, "a line '# strain_ratio: ...' in its header")
         return found
 
@@ -77,7 +84,7 @@ class BiaxialReport(NoSize[BiaxialRun], FabricReport[BiaxialRun]):
 
     def draw_curve(self, run: BiaxialRun, specimens: list[Specimen], references: References, path: Path) -> None:
         """Draw both systems, each over its own strain, and the input curves of a macro model."""
-        own, other = run.rig.direction, across(run.rig.direction)
+        own, other = run.rig.direction, cross_direction(run.rig.direction)
         lines = []
         for k, s in enumerate(specimens, 1):
             curve = s.history.curve

@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 
 from knittest.base.history import Array, History
 from knittest.config.fabric import Direction
-from knittest.laboratory.base import Prepared, sheet_model
+from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.judging import Span
-from knittest.laboratory.strips import AXIS, centred, cut, on_needles, unevenness
+from knittest.laboratory.quality_checks import Span
+from knittest.laboratory.strips import AXIS, centre_paths, cut_piece, needle_nodes, random_offsets
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import rectangle, strengths
 from knittest.models.meso import build_meso
@@ -33,7 +33,7 @@ class BiaxialTest(TestRig):
         self.stop_ratio = rig.stop_force_ratio
         fracture = run.fabric.macro.fracture_strain  # shells may fail across the direction first
         self.ends_at_break = run.model.scale == "macro" and (
-            rig.ratio * fracture.of(rig.direction).value > fracture.of(across(rig.direction)).value
+            rig.ratio * fracture.of(rig.direction).value > fracture.of(cross_direction(rig.direction)).value
         )
         rate = run.solver.speed_mm_per_ms / float(size[axis])  # of the system that is strained more
         self.strain, self.cross = (ramp(run.solver.ramp_ms, share * rate / most) for share in (1.0, rig.ratio))
@@ -63,7 +63,7 @@ class BiaxialTest(TestRig):
         return broken and (self.ends_at_break or force < self.stop_ratio * peak)
 
 
-def across(direction: Direction) -> Direction:
+def cross_direction(direction: Direction) -> Direction:
     """The other yarn system."""
     return "weft" if direction == "warp" else "warp"
 
@@ -79,33 +79,33 @@ class Biaxial(FabricTest[BiaxialRun]):
 
     ends_at_failure = True
 
-    def mount_shells(self, run: BiaxialRun, specimen: int) -> Prepared:
+    def mount_shells(self, run: BiaxialRun, specimen: int) -> PreparedSpecimen:
         """Make the square of shells about the origin, warp along y."""
         side, macro = run.rig.side_mm, run.model.macro
         seed = run.variability.seed + specimen
         rows = np.linspace(-0.5 * side, 0.5 * side, max(round(side / macro.element_size_mm), 1) + 1)
         points, cells = rectangle(rows, side, macro.element_size_mm)
         edge = np.abs(points[:, :2]).max(axis=1) > 0.5 * side * (1.0 - 1e-9)
-        points[~edge, 2] = unevenness(macro.imperfection_mm, seed, int((~edge).sum()))
+        points[~edge, 2] = random_offsets(macro.imperfection_mm, seed, int((~edge).sum()))
         model = sheet_model(run, points, cells, strength=strengths(points, cells, 0.5 * side, seed))
         size = np.full(2, side)
         rig = BiaxialTest(run, np.flatnonzero(edge), AXIS[run.rig.direction], size)
-        return Prepared(model, rig, facts=_facts(size))
+        return PreparedSpecimen(model, rig, facts=_facts(size))
 
-    def mount_yarns(self, run: BiaxialRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: BiaxialRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the square of whole pitches."""
         pitches = np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
         n_wales, n_courses = (max(round(run.rig.side_mm / float(pitch)), 2) for pitch in pitches)
-        piece = cut(run, n_wales, n_courses, specimen, observer, (run.rig.direction, AT_NEEDLES))
+        piece = cut_piece(run, n_wales, n_courses, specimen, observer, (run.rig.direction, AT_NEEDLES))
         size = np.array([n_wales, n_courses]) * pitches
-        model = build_meso(run, centred(piece.paths, size), piece.draws)
-        held = on_needles(np.abs(model.position()[:, 1]) - 0.5 * float(size[1]), model.group.chain)
+        model = build_meso(run, centre_paths(piece.paths, size), piece.draws)
+        held = needle_nodes(np.abs(model.position()[:, 1]) - 0.5 * float(size[1]), model.group.chain)
         rig = BiaxialTest(run, held, AXIS[run.rig.direction], size)
-        return Prepared(model, rig, yarns=piece.table, facts=_facts(size))
+        return PreparedSpecimen(model, rig, yarns=piece.table, facts=_facts(size))
 
-    def results(self, run: BiaxialRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: BiaxialRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Largest force per width [N/mm] of both systems, each with its strain [%]; of shells before they break."""
-        end = before_break(history.curve) if run.model.scale == "macro" else None
+        end = rows_before_break(history.curve) if run.model.scale == "macro" else None
         found = {}
         for system, force in (("biaxial", "force_n_per_mm"), ("cross", "cross_force_n_per_mm")):
             top, strain = int(np.argmax(history.curve[force][:end])), force.replace("force_n_per_mm", "strain_pct")
@@ -118,7 +118,7 @@ class Biaxial(FabricTest[BiaxialRun]):
         return Span(to_failure=history.first_failure is not None)
 
 
-def before_break(curve: dict[str, Array]) -> int | None:
+def rows_before_break(curve: dict[str, Array]) -> int | None:
     """Rows of ``curve`` before the break, whose waves pull the other system: until a count of failures, or None."""
     failed = curve["failed_fabric"] > 0.0
     if not failed.any():

@@ -25,7 +25,7 @@ class CantileverCorrections(Corrections[CantileverRun]):
             found[name] = value if value is None else value * ratio**power
         return found
 
-    def rested(self, run: CantileverRun, results: Numbers) -> Numbers:
+    def correct_to_equilibrium(self, run: CantileverRun, results: Numbers) -> Numbers:
         """Move the chord of a strip of yarns by its last drift, and correct it as :meth:`exact`."""
         found = dict(results)
         angle, drift, stiffness = (found.get(n) for n in ("chord_angle_deg", "drift_deg", EQ2))

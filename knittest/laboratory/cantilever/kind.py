@@ -1,6 +1,6 @@
 """Record of the cantilever."""
 
-from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.base.kinds import STRIPS, Regression, RegressionRuns, TestKind
 
 #: Eq. 2 converts each to the others
 _ROWS = (
@@ -53,10 +53,10 @@ KIND = TestKind(
         rows=("overhang_mm", "bending_stiffness_eq2_n_mm_per_width"),
         sets=("rig.mode=overhang",),  # as in the laboratory; the paper's simulation is given the overhang
         runs=(
-            Regressed(2, "quick", "meso", "quick", STRIPS, ("rig.mode=angle",), "angle"),
-            Regressed(5, "quick", "macro", "quick", STRIPS),
-            Regressed(2, "full", "meso", "paper", STRIPS),
-            Regressed(6, "full", "macro", "paper", STRIPS),
+            RegressionRuns(2, "quick", "meso", "quick", STRIPS, ("rig.mode=angle",), "angle"),
+            RegressionRuns(5, "quick", "macro", "quick", STRIPS),
+            RegressionRuns(2, "full", "meso", "paper", STRIPS),
+            RegressionRuns(6, "full", "macro", "paper", STRIPS),
         ),
     ),
     laboratory="knittest.laboratory.cantilever.lab_files:LAB",

@@ -11,11 +11,11 @@ from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import MacroMaterial
 from knittest.experiment import lab_results as results
-from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, common, within
+from knittest.experiment.lab_conditions import AREA_MASS, PLANE_ANGLE, WIDTH, check_within_bounds, common_value
 from knittest.experiment.lab_recording import Origin, Recording, recordings
-from knittest.experiment.lab_results import Results, Tests, counted, of_directions, quantity
-from knittest.experiment.lab_shear import digest, refuse_apart
-from knittest.experiment.lab_table import Given
+from knittest.experiment.lab_results import Results, Tests, count_text, quantity_entry, statistics_by_direction
+from knittest.experiment.lab_shear import digest, refuse_outliers
+from knittest.experiment.lab_table import ReadOptions
 from knittest.experiment.lab_tests import LabTest
 from knittest.laboratory.cantilever.config import CantileverRig
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
@@ -29,7 +29,7 @@ HEADS = {
 
 
 @dataclass(frozen=True)
-class Bent(Origin):
+class OverhangReadings(Origin):
     """Mean overhang [mm] of ``readings`` of a strip, at 41.5 deg; their ``angle`` [deg], mass [g/m2] and width [mm]."""
 
     overhang: float
@@ -44,27 +44,29 @@ class Bent(Origin):
         return bending_stiffness(self.overhang, to_kernel(self.area_mass, "g/m2") * to_kernel(GRAVITY, "m/s2"))
 
 
-def _read(path: Path, given: Given) -> list[Bent]:
+def _read_strips(path: Path, given: ReadOptions) -> list[OverhangReadings]:
     """Read the strips of a file: columns of overhangs and rows of the same specimen are readings of one strip."""
     found = []
     for r in recordings(path, given, [("overhang", "bending_length")], "an overhang length", own=("flexure",)):
-        which = r.table.having("overhang")
+        which = r.table.columns_of_roles("overhang")
         if not which:
             raise InputError(
                 f"{r.table.where}: a bending length is half the overhang at 41.5 deg: give overhang lengths"
             )
-        (mass,), angle, width = r.needed(AREA_MASS), r.known(PLANE_ANGLE), r.known(WIDTH)
+        (mass,), angle, width = r.require(AREA_MASS), r.find(PLANE_ANGLE), r.find(WIDTH)
         angle = STANDARD_ANGLE if angle is None else angle
-        factor, readings = at_standard_angle(angle), _readings(r, which)
-        labels = dict.fromkeys(r.table.having("specimen")[:1], "names of specimens")
+        factor, readings = standard_overhang_ratio(angle), _readings(r, which)
+        labels = dict.fromkeys(r.table.columns_of_roles("specimen")[:1], "names of specimens")
         origin = r.origin(dict.fromkeys(which, "overhang") | labels)
         for label, values in readings.items():
             origin["name"], overhang = label, factor * float(np.mean(values))
-            found.append(Bent(**origin, overhang=overhang, readings=values, angle=angle, area_mass=mass, width=width))
+            found.append(
+                OverhangReadings(**origin, overhang=overhang, readings=values, angle=angle, area_mass=mass, width=width)
+            )
     return found
 
 
-def at_standard_angle(angle: float) -> float:
+def standard_overhang_ratio(angle: float) -> float:
     """Overhang at 41.5 deg over that at ``angle`` [deg], by the heavy elastica."""
     if not 5.0 <= angle <= 80.0:
         raise InputError(f"{PLANE_ANGLE.option} {angle:g}: expected 5 to 80 deg")
@@ -72,7 +74,7 @@ def at_standard_angle(angle: float) -> float:
 
 
 def _readings(r: Recording, which: Sequence[int]) -> dict[str, list[float]]:
-    table, who = r.table, next(iter(r.table.having("specimen")), None)
+    table, who = r.table, next(iter(r.table.columns_of_roles("specimen")), None)
     values = np.array([r.unit_of(k)[1] for k in which]) * table.numbers(which)
     found: dict[str, list[float]] = {}
     for (line, cells), row in zip(table.body, values, strict=True):
@@ -86,26 +88,28 @@ def _readings(r: Recording, which: Sequence[int]) -> dict[str, list[float]]:
                 "needed for the mean: add the others, or remove the row"
             )
         for value in filled:
-            within(value, CantileverRig, "overhang", f"{table.place}:{line}: overhang {value:g} mm")
+            check_within_bounds(value, CantileverRig, "overhang", f"{table.place}:{line}: overhang {value:g} mm")
         label = cells[who] if who is not None and who < len(cells) else ""
         found.setdefault(f"{r.path.stem}-{label or len(found) + 1}", []).extend(filled)
     if not found:
         raise InputError(f"{table.place}: no overhang lengths below line {table.line}")
     for name, some in found.items():
-        refuse_apart([Origin(name, path=r.path)] * len(some), np.array(some), "overhang", "mm")
+        refuse_outliers([Origin(name, path=r.path)] * len(some), np.array(some), "overhang", "mm")
     return found
 
 
-def _results(strips: Sequence[Bent]) -> Results:
-    sizes = [(AREA_MASS, common(AREA_MASS, [s.area_mass for s in strips], strips))]
-    angle = common(PLANE_ANGLE, [s.angle for s in strips], strips)
+def _results(strips: Sequence[OverhangReadings]) -> Results:
+    sizes = [(AREA_MASS, common_value(AREA_MASS, [s.area_mass for s in strips], strips))]
+    angle = common_value(PLANE_ANGLE, [s.angle for s in strips], strips)
     overhang, stiffness = np.array([[s.overhang, s.stiffness] for s in strips]).T
-    refuse_apart(strips, overhang, "overhang", "mm")
+    refuse_outliers(strips, overhang, "overhang", "mm")
     for s in strips:
-        within(s.stiffness, MacroMaterial, "bending_stiffness", f"{s.where}: bending stiffness {s.stiffness:g} N mm")
+        check_within_bounds(
+            s.stiffness, MacroMaterial, "bending_stiffness", f"{s.where}: bending stiffness {s.stiffness:g} N mm"
+        )
     found = dict(zip(HEADS, (overhang, stiffness), strict=False))
     if all(s.width is not None for s in strips):
-        sizes.append((WIDTH, common(WIDTH, [s.width for s in strips], strips)))
+        sizes.append((WIDTH, common_value(WIDTH, [s.width for s in strips], strips)))
         found["bending_stiffness_mncm2"] = stiffness * sizes[1][1] * 10.0
     readings = np.concatenate([s.readings for s in strips])
     other = "" if angle == STANDARD_ANGLE else f", measured at {angle:g} deg"
@@ -122,17 +126,17 @@ def _results(strips: Sequence[Bent]) -> Results:
     )  # fmt: skip
 
 
-def _refuse_other_mass(out: Path, own: Results) -> None:
+def _check_same_area_mass(out: Path, own: Results) -> None:
     """Raise :class:`InputError` where the strips across were imported with another area mass."""
-    for direction, test in of_directions(results.read_statistics(out), NAME).items():
+    for direction, test in statistics_by_direction(results.read_statistics(out), NAME).items():
         if direction != own.direction:
             masses = [test["conditions"][AREA_MASS.key], dict(own.conditions)[AREA_MASS]]
-            common(AREA_MASS, masses, [out / results.folder_name(NAME, direction), ", ".join(own.files)])
+            common_value(AREA_MASS, masses, [out / results.folder_name(NAME, direction), ", ".join(own.files)])
 
 
 def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     """Bending stiffness of the macro model by direction, and the area mass that came with the overhangs."""
-    own = of_directions(tests, NAME)
+    own = statistics_by_direction(tests, NAME)
     if not own:
         return {}
     masses = {direction: test["conditions"][AREA_MASS.key] for direction, test in own.items()}
@@ -140,18 +144,20 @@ def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     bending = {}
     for direction, test in own.items():  # from each strip's overhang
         found, overhang = test["bending_stiffness_n_mm_per_width"], test["overhang_mm"]["mean"]
-        of = f"{counted(found['n'], 'strip')}, overhang {overhang:.4g} mm, {masses[direction]:g} g/m2"
-        bending[direction] = quantity(found, "derived", f"area mass x g x (overhang / 2)^3; {of}")
+        of = f"{count_text(found['n'], 'strip')}, overhang {overhang:.4g} mm, {masses[direction]:g} g/m2"
+        bending[direction] = quantity_entry(found, "derived", f"area mass x g x (overhang / 2)^3; {of}")
     for other in results.DIRECTIONS:
         if other not in bending:
             (tested,) = own
             assumed = {"mean": bending[tested]["value"], "sd": None}
-            bending[other] = quantity(assumed, "assumed", f"as {tested}: none of the {other}")
+            bending[other] = quantity_entry(assumed, "assumed", f"as {tested}: none of the {other}")
     ref = f"stated with {place.as_posix()}: {', '.join(results.folder_name(NAME, direction) for direction in own)}"
     return {
-        "area_mass": quantity(mean, "measured", ref),
+        "area_mass": quantity_entry(mean, "measured", ref),
         "macro": {"bending_stiffness": {direction: bending[direction] for direction in results.DIRECTIONS}},
     }
 
 
-LAB = LabTest(NAME, _read, _results, (AREA_MASS, PLANE_ANGLE, WIDTH), fabric=_fabric, check=_refuse_other_mass)
+LAB = LabTest(
+    NAME, _read_strips, _results, (AREA_MASS, PLANE_ANGLE, WIDTH), fabric=_fabric, check=_check_same_area_mass
+)

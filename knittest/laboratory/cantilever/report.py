@@ -8,17 +8,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.figure import BLUE, GREY, ORANGE, dress, new_figure, save
+from knittest.base.figure import BLUE, GREY, ORANGE, new_figure, save, style_axes
 from knittest.base.history import Array, Body, Specimen
-from knittest.config.gates import HOURGLASS
-from knittest.experiment.tables import PublishedValue, for_width, with_note
+from knittest.config.quality_checks import HOURGLASS
+from knittest.experiment.tables import PublishedValue, scale_to_width, with_note
 from knittest.export.line_picture import Level, Line
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.corrections import EQ2
+from knittest.laboratory.cantilever.meso_strip import BALANCED
 from knittest.laboratory.cantilever.test import MOMENT_TOLERANCE
-from knittest.laboratory.cantilever.yarns import BALANCED
-from knittest.laboratory.report_base import CurveAxes, FabricReport, Gate, NoSize, References, energy_gate, title_of
-from knittest.laboratory.strips import block
+from knittest.laboratory.report_base import (
+    CurveAxes,
+    FabricReport,
+    QualityCheck,
+    References,
+    SizeFreeReport,
+    energy_check,
+    title_of,
+)
+from knittest.laboratory.strips import make_block
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, overhang_ratio
 
 if TYPE_CHECKING:
@@ -59,7 +67,7 @@ def side_picture(
     whole = tall + TOP + BOTTOM
     figure = new_figure(WIDE, whole)
     axes = figure.add_axes((LEFT / WIDE, BOTTOM / whole, 1.0 - (LEFT + RIGHT) / WIDE, tall / whole))
-    dress(axes)
+    style_axes(axes)
     _draw_board(axes, overhang, reach, drop, thickness)
     axes.plot([0.0, reach], [0.0, -drop], "--", color=ORANGE, linewidth=1.8, label=f"plane at {plane:g} deg")
     tip = -reach * np.tan(np.deg2rad(angle))
@@ -97,7 +105,7 @@ def _tolerance(run: CantileverRun) -> float:
     return BALANCED if run.model.scale == "meso" else run.rig.tolerance
 
 
-def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
+def _convert_to_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
     """Convert an overhang at 41.5 deg to the plane of the run, by the heavy elastica."""
     plane = run.rig.plane_angle
     if run.rig.mode != "overhang" or abs(plane - STANDARD_ANGLE) < 1e-9:
@@ -107,7 +115,7 @@ def _for_plane(row: PublishedValue, run: CantileverRun) -> PublishedValue:
     return with_note(scaled, f"for a plane at {plane:g} instead of {STANDARD_ANGLE:g} deg")
 
 
-class CantileverReport(NoSize[CantileverRun], FabricReport[CantileverRun]):
+class CantileverReport(SizeFreeReport[CantileverRun], FabricReport[CantileverRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("steps", "residual", "relaxation steps", "residual [-]", logarithmic=True)
@@ -116,24 +124,24 @@ class CantileverReport(NoSize[CantileverRun], FabricReport[CantileverRun]):
         """Residual of equilibrium."""
         return [Level(_tolerance(run), "equilibrium: smaller residual")]
 
-    def gates(self, run: CantileverRun) -> list[Gate]:
+    def gates(self, run: CantileverRun) -> list[QualityCheck]:
         """Limits of residual, root moment, and hourglass energy."""
         unit = "of the deflection" if run.model.scale == "meso" else "of the weight"
         return [
-            Gate("residual at rest", "results", "residual", _tolerance(run), unit=unit),
-            Gate("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
-            *(energy_gate(run, gate) for gate in (HOURGLASS,) if gate.applies(run)),
+            QualityCheck("residual at rest", "results", "residual", _tolerance(run), unit=unit),
+            QualityCheck("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
+            *(energy_check(run, gate) for gate in (HOURGLASS,) if gate.applies(run)),
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Overhangs for the plane of the run, and the bending stiffness per width for Eq. 2 and for the root."""
         per_width = {row.quantity: row for row in rows}.get(PER_WIDTH)
-        found = [_for_plane(row, run) for row in rows if row.quantity == "overhang_mm"]
+        found = [_convert_to_plane(row, run) for row in rows if row.quantity == "overhang_mm"]
         for row in rows if per_width is None else [per_width]:
             if row.quantity in (PER_WIDTH, OF_A_STRIP):
                 one = row
                 if row is not per_width:  # of a strip [mN cm2]
-                    each = for_width(row, 1.0)
+                    each = scale_to_width(row, 1.0)
                     each = replace(each, quantity=PER_WIDTH, mean=0.1 * each.mean, sd=0.1 * each.sd, unit="N mm")
                     each = replace(each, table=row.table, scaled=row.scaled)
                     one = with_note(each, "that of the strip over its width")
@@ -152,7 +160,7 @@ class CantileverReport(NoSize[CantileverRun], FabricReport[CantileverRun]):
         board = np.array([[-back, top - deep], [0.0, top - deep], [0.0, top], [-back, top]])
         slope = np.array([[0.0, top], [0.0, foot], [reach, foot]])
         still = np.zeros((len(history.frames), 3))
-        return [block("board", board, sides, still), block("plane", slope, sides, still)]
+        return [make_block("board", board, sides, still), make_block("plane", slope, sides, still)]
 
     def pictures(self, run: CantileverRun, specimens: list[Specimen], references: References, folder: Path) -> None:
         """Draw deformed.png from the side, and curve.png of the convergence."""

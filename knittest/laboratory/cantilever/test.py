@@ -13,14 +13,14 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir
 from knittest.base.history import History, Quality
-from knittest.config.gates import HOURGLASS
-from knittest.experiment.tables import published
-from knittest.laboratory.base import Prepared, Test
+from knittest.config.quality_checks import HOURGLASS
+from knittest.experiment.tables import published_rows
+from knittest.laboratory.base import PreparedSpecimen, Test
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cantilever.corrections import EQ2, FLATTEST, STEEPEST
-from knittest.laboratory.cantilever.shells import Rest, mount_shells, shells_to_rest
-from knittest.laboratory.cantilever.yarns import mount_yarns, yarns_to_rest
-from knittest.laboratory.judging import by_gate
+from knittest.laboratory.cantilever.macro_strip import Equilibrium, mount_shells, relax_shells
+from knittest.laboratory.cantilever.meso_strip import mount_yarns, relax_yarns
+from knittest.laboratory.quality_checks import evaluate_check
 from knittest.materials.heavy_elastica import STANDARD_ANGLE, bending_stiffness, overhang_ratio
 from knittest.models.explicit_model import ExplicitModel
 from knittest.solve.state import SILENT, Observer, SimulationCost
@@ -30,7 +30,7 @@ ANGLE_TOLERANCE, MOST_TRIALS = {"macro": 0.05, "meso": 0.25}, 8
 #: largest error of the root moment, and change of the chord angle [deg] by the last turn of the sections of yarns
 MOMENT_TOLERANCE, DRIFT_TOLERANCE = 0.01, 0.5
 #: warning of a strip whose yarns slip for too long
-RUBS = (
+FRICTION_NOTE = (
     "without yarn friction the strip found no equilibrium. So the yarns slip freely at first, and later with "
     "fabric.contact.friction_coefficient"
 )
@@ -48,11 +48,11 @@ class Cantilever(Test[CantileverRun]):
         except InputError:
             overhang = round(_estimated_overhang(run))
             rig = run.rig.model_copy(update={"overhang": float(overhang)})
-            text = f"rig.overhang is not given and was not measured: {_estimated_by(run)} gives {overhang} mm"
+            text = f"rig.overhang is not given and was not measured: {_estimate_source(run)} gives {overhang} mm"
             return run.model_copy(update={"rig": rig}), f"{run.rig.direction}: {text}"
         return run, ""
 
-    def refuse(self, run: CantileverRun) -> None:
+    def check_run(self, run: CantileverRun) -> None:
         """Raise :class:`InputError` for an overhang that is neither given nor measured, or longer than the strip."""
         overhang = given_overhang(run)
         if overhang >= run.rig.length:
@@ -61,17 +61,19 @@ class Cantilever(Test[CantileverRun]):
                 f"rig.overhang = {overhang:g} mm: rig.length = {run.rig.length:g} mm is too short; {enough}"
             )
 
-    def prepare(self, run: CantileverRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+    def prepare(self, run: CantileverRun, specimen: int = 0, observer: Observer = SILENT) -> PreparedSpecimen:
         """Make the strip flat over the edge, at the given or measured overhang."""
-        self.refuse(run)
-        return _mount(run, given_overhang(run), specimen, observer)
+        self.check_run(run)
+        return _mount_strip(run, given_overhang(run), specimen, observer)
 
-    def solve(self, prepared: Prepared, run: CantileverRun, observer: Observer) -> tuple[History, SimulationCost]:
+    def solve(
+        self, prepared: PreparedSpecimen, run: CantileverRun, observer: Observer
+    ) -> tuple[History, SimulationCost]:
         """Find the equilibrium; in the mode overhang, at overhangs that lead to the angle of the plane."""
         cost, start = SimulationCost(), clock.perf_counter()
         tolerance = ANGLE_TOLERANCE[run.model.scale] if run.rig.mode == "overhang" else np.inf
         observer.phase("bending under its own weight until at rest")
-        to_rest = yarns_to_rest if _meso(run) else shells_to_rest
+        to_rest = relax_yarns if _is_meso(run) else relax_shells
         rests, longest = [to_rest(prepared, run, cost, observer)], prepared
         while abs(rests[-1].angle - run.rig.plane_angle) > tolerance and len(rests) < MOST_TRIALS:
             longer = _next_overhang(rests, run.rig.plane_angle)
@@ -79,7 +81,7 @@ class Cantilever(Test[CantileverRun]):
                 raise InputError(
                     f"rig.length = {run.rig.length:g} mm: too short to reach the plane at {run.rig.plane_angle:g} deg"
                 )
-            longest = _mount(run, longer)
+            longest = _mount_strip(run, longer)
             observer.phase(
                 f"bending at an overhang of {longer:.0f} mm, trial {len(rests) + 1} of at most {MOST_TRIALS}"
             )
@@ -87,9 +89,9 @@ class Cantilever(Test[CantileverRun]):
         cost.advance_s = clock.perf_counter() - start
         return _history(longest.model, rests), cost
 
-    def results(self, run: CantileverRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: CantileverRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Chord angle, overhang and both measures of the bending stiffness."""
-        last = _last(history)
+        last = _last_row(history)
         overhang, chord, moment = last["overhang_mm"], last["chord_angle_deg"], last["root_moment_nmm"]
         return {
             "chord_angle_deg": chord,
@@ -98,11 +100,11 @@ class Cantilever(Test[CantileverRun]):
             "bending_stiffness_n_mm_per_width": moment / last["root_curvature_per_mm"] / prepared.facts["width_mm"],
             "moment_error_pct": 100.0 * abs(moment / last["weight_moment_nmm"] - 1.0),
             "residual": last["residual"],
-        } | ({"curl_moment_nmm": last["curl_nmm"], "drift_deg": last["drift_deg"]} if _meso(run) else {})
+        } | ({"curl_moment_nmm": last["curl_nmm"], "drift_deg": last["drift_deg"]} if _is_meso(run) else {})
 
-    def assess(self, run: CantileverRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: CantileverRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate residual and drift, the moment of the root against that of the weight, and hourglass energy."""
-        last, failures, warnings = _last(history), [], []
+        last, failures, warnings = _last_row(history), [], []
         moment = abs(last["root_moment_nmm"] / last["weight_moment_nmm"] - 1.0)
         if not last["converged"]:
             failures.append(f"no equilibrium after {last['steps']:.0f} steps: residual {last['residual']:.2g}")
@@ -122,24 +124,26 @@ class Cantilever(Test[CantileverRun]):
                 f"rig.membrane_share = {kept:g} instead of the default {usual:g}, as bending needs more here"
             )
         if last.get("rubs"):
-            warnings.append(RUBS)
+            warnings.append(FRICTION_NOTE)
         quality = Quality(
             0.0, moment, 0.0, 0.0, 0.0, not failures, tuple(failures), tuple(warnings),
             hourglass_over_internal_max=last["hourglass_over_internal"],
         )  # fmt: skip
-        return by_gate(run, quality, HOURGLASS) if HOURGLASS.applies(run) else quality
+        return evaluate_check(run, quality, HOURGLASS) if HOURGLASS.applies(run) else quality
 
 
-def _last(history: History) -> dict[str, float]:
+def _last_row(history: History) -> dict[str, float]:
     return {name: float(values[-1]) for name, values in history.energies.items()}
 
 
-def _meso(run: CantileverRun) -> bool:
+def _is_meso(run: CantileverRun) -> bool:
     return run.model.scale == "meso"
 
 
-def _mount(run: CantileverRun, overhang: float, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
-    return mount_yarns(run, overhang, specimen, observer) if _meso(run) else mount_shells(run, overhang)
+def _mount_strip(
+    run: CantileverRun, overhang: float, specimen: int = 0, observer: Observer = SILENT
+) -> PreparedSpecimen:
+    return mount_yarns(run, overhang, specimen, observer) if _is_meso(run) else mount_shells(run, overhang)
 
 
 def given_overhang(run: CantileverRun) -> float:
@@ -149,27 +153,27 @@ def given_overhang(run: CantileverRun) -> float:
     fabric = run.fabric
     if fabric.experiment is not None and fabric.experiment_variant is not None:
         folder = data_dir() / fabric.experiment
-        rows = published(folder, fabric.experiment_variant, run.rig.direction, ("overhang_mm",))
+        rows = published_rows(folder, fabric.experiment_variant, run.rig.direction, ("overhang_mm",))
         if rows:
             return rows[0].mean
     raise InputError(
         f"rig.overhang: missing, and the fabric has no measured overhang of the {run.rig.direction}: give it in mm; "
-        f"{_estimated_by(run)} gives --set rig.overhang={_estimated_overhang(run):.0f}"
+        f"{_estimate_source(run)} gives --set rig.overhang={_estimated_overhang(run):.0f}"
     )
 
 
 def _estimated_overhang(run: CantileverRun) -> float:
     """Overhang [mm] of a chord angle of 41.5 deg by Eq. 2 and the input bending stiffness per width [N mm]."""
     fabric, direction = run.fabric, run.rig.direction
-    if _meso(run) or fabric.macro.bending_stiffness is None:
+    if _is_meso(run) or fabric.macro.bending_stiffness is None:
         stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
     else:
         stiffness = fabric.macro.bending_stiffness_n_mm.of(direction)
     return float(2.0 * (stiffness / (fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2)) ** (1.0 / 3.0))
 
 
-def _estimated_by(run: CantileverRun) -> str:
-    of = "the bending stiffness of the inlays" if _meso(run) else "fabric.macro.bending_stiffness"
+def _estimate_source(run: CantileverRun) -> str:
+    of = "the bending stiffness of the inlays" if _is_meso(run) else "fabric.macro.bending_stiffness"
     return f"Eq. 2 with {of} and a chord angle of {STANDARD_ANGLE:g} deg"
 
 
@@ -183,7 +187,7 @@ def stiffness_by_overhang(run: CantileverRun, overhang: float, chord: float) -> 
     return bending_stiffness(overhang, weight)
 
 
-def _next_overhang(rests: list[Rest], angle: float) -> float:
+def _next_overhang(rests: list[Equilibrium], angle: float) -> float:
     """Secant in the overhang, after the first trial the heavy elastica of the same stiffness, w L^3 / B."""
     last = rests[-1]
     if len(rests) == 1:
@@ -193,7 +197,7 @@ def _next_overhang(rests: list[Rest], angle: float) -> float:
     return last.overhang + float(np.clip((angle - last.angle) / slope, -0.3 * last.overhang, 0.3 * last.overhang))
 
 
-def _history(model: ExplicitModel, rests: list[Rest]) -> History:
+def _history(model: ExplicitModel, rests: list[Equilibrium]) -> History:
     """Course of the last relaxation as the curve, the trials as rows of the energies' table."""
     names = ("steps", "residual", "largest_move_mm", "frequency_per_step")
     rows = np.array(rests[-1].relaxation.history, float).reshape(-1, len(names))

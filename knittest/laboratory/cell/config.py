@@ -20,16 +20,16 @@ REPEATS = {"quick": 1, "standard": 2, "paper": 2}
 SPEED = {"shear": 2.4, "warp": 0.4, "weft": 0.4, "biaxial": 0.4, "bending": 0.25, "compaction": 1.5}
 FROM_A_FILE, START = 2.4, 4.0
 #: nodes of a larger cell follow later: these go slower by its repeats
-SLOWER = ("shear",)
+SLOW_PATHS = ("shear",)
 #: paths that pull no yarn: a wave of four beams, as in frames
-FINE = ("warp", "weft", "biaxial")
+FINE_MESH_PATHS = ("warp", "weft", "biaxial")
 
 
 def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     """Settings of ``preset`` for the path that is stated: it takes 10 to 60 ms."""
     path = str(stated("path") or "shear")
-    model = {} if path in FINE or path not in SPEED else {"meso": {"elements_per_wave": 4}}
-    slower = path in SLOWER or path not in SPEED
+    model = {} if path in FINE_MESH_PATHS or path not in SPEED else {"meso": {"elements_per_wave": 4}}
+    slower = path in SLOW_PATHS or path not in SPEED
     speed = SPEED.get(path, FROM_A_FILE) / (REPEATS[preset] if slower else 1)
     return {
         "rig": {"wales": REPEATS[preset], "courses": REPEATS[preset]},
@@ -74,7 +74,7 @@ def read_steps(name: str) -> list[Row]:
 
 PathName = Literal["shear", "warp", "weft", "biaxial", "bending", "compaction", "steps"]
 #: axial stiffness is what these pull at: they keep all of it
-STRETCHING = ("warp", "weft", "biaxial", "steps")
+TENSION_PATHS = ("warp", "weft", "biaxial", "steps")
 
 
 class CellRig(Rig):
@@ -150,7 +150,7 @@ class CellRig(Rig):
     @property
     def axial_share(self) -> float:
         """Share of the axial stiffness that the yarns keep."""
-        return 1.0 if self.path in STRETCHING else self.membrane_share
+        return 1.0 if self.path in TENSION_PATHS else self.membrane_share
 
     @property
     def about(self) -> str:

@@ -1,6 +1,6 @@
 """Record of the cell test."""
 
-from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.base.kinds import SHEETS, Regression, RegressionRuns, TestKind
 from knittest.laboratory.records import CROSSINGS, LOOPS, labels_at
 
 KIND = TestKind(
@@ -18,7 +18,7 @@ KIND = TestKind(
     test="knittest.laboratory.cell.test:Cell",
     report="knittest.laboratory.cell.report:CellReport",
     size=("{rig.wales} x {rig.courses} repeats without an edge, path {rig.path}",),
-    ending="knittest.laboratory.cell.path:ending",
+    ending="knittest.laboratory.cell.path:path_end",
     texts={"path": ("rig.path", "shear, warp, weft, biaxial, bending, compaction, or a CSV file of steps.")},
     labels={
         "cell_shear_n_per_mm_at_deg.1": ("shear force at 1 deg [N/mm]", "{:.5f}"),
@@ -42,5 +42,5 @@ KIND = TestKind(
     sizes=("wales", "courses"),
     deciding={"meso": ("warp_density", "weft_density", *LOOPS, *CROSSINGS)},
     hinges={"membrane_share": -1},
-    regression=Regression(runs=(Regressed(5, "quick", "meso", "quick", SHEETS),)),
+    regression=Regression(runs=(RegressionRuns(5, "quick", "meso", "quick", SHEETS),)),
 )

@@ -7,7 +7,7 @@ import numpy as np
 
 from knittest.base.history import Array
 from knittest.laboratory.cell.config import CellRun
-from knittest.laboratory.records import Ending
+from knittest.laboratory.records import EndSetting
 from knittest.models.periodic_model import NUMBERS
 from knittest.models.tool import Table, ramp
 
@@ -86,7 +86,7 @@ def path_of(run: CellRun, reference: Array) -> CellPath:
     return CellPath("strain_pct", rig.max_strain_fraction, 100.0, flat, other)
 
 
-def timed(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
+def time_path(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
     """``path`` with its duration, and the speed [1/ms] of s: that of 100 mm of fabric at ``solver.speed``."""
     rate = run.solver.speed_mm_per_ms / FABRIC
     longest = max(float(np.abs(np.diff(path.at[:, q])).sum()) / float(np.abs(path.at[0, :6]).max()) for q in range(6))
@@ -99,6 +99,6 @@ def timed(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
 ANGLES, NEAR = (1.0, 10.0, 20.0, 30.0, 40.0), 0.5
 
 
-def ending(run: CellRun) -> Ending | None:
+def path_end(run: CellRun) -> EndSetting | None:
     """End of the path of ``run``; None where results are read at its end only."""
-    return Ending("rig.end_angle", run.rig.last_angle, NEAR) if run.rig.path == "shear" else None
+    return EndSetting("rig.end_angle", run.rig.last_angle, NEAR) if run.rig.path == "shear" else None

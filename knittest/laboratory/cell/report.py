@@ -5,8 +5,8 @@ from pathlib import Path
 
 from knittest.base.history import Specimen
 from knittest.laboratory.cell.config import CellRun
-from knittest.laboratory.cell.test import judged_span
-from knittest.laboratory.report_base import CurveAxes, FabricReport, NoSize, References, draw_energies
+from knittest.laboratory.cell.test import checked_span
+from knittest.laboratory.report_base import CurveAxes, FabricReport, References, SizeFreeReport, draw_energies
 
 #: conjugate force by path
 LABELS = {
@@ -20,7 +20,7 @@ LABELS = {
 }
 
 
-class CellReport(NoSize[CellRun], FabricReport[CellRun]):
+class CellReport(SizeFreeReport[CellRun], FabricReport[CellRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("path_pct", "conjugate_force", "share of the path [%]", "force conjugate to the path")
@@ -29,5 +29,5 @@ class CellReport(NoSize[CellRun], FabricReport[CellRun]):
         """Draw curve.png, energies.png and deformed.png."""
         lines, ylabel = self.simulated(specimens, self.axes.y), LABELS[run.rig.path]
         self.draw_lines(run, lines, references, folder / "curve.png", ylabel=ylabel)
-        draw_energies(run, specimens, folder, partial(judged_span, run))
+        draw_energies(run, specimens, folder, partial(checked_span, run))
         self.draw_specimen(run, specimens[0], folder)

@@ -7,21 +7,21 @@ import numpy as np
 
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import Array, History, Quality
-from knittest.base.units import rounded_down
-from knittest.fabric.relax import relaxed_cell
-from knittest.laboratory.base import Prepared
-from knittest.laboratory.cell.config import STRETCHING, CellRun
-from knittest.laboratory.cell.path import ANGLES, NEAR, CellPath, path_of, timed
+from knittest.base.units import round_down
+from knittest.fabric.relaxation import relaxed_cell
+from knittest.laboratory.base import PreparedSpecimen
+from knittest.laboratory.cell.config import TENSION_PATHS, CellRun
+from knittest.laboratory.cell.path import ANGLES, NEAR, CellPath, path_of, time_path
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.judging import Span, assess, locking
+from knittest.laboratory.quality_checks import Span, assess, locking_warning
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.crossings import Crossings, crossings, surfaces
 from knittest.models.meso import build_meso_cell, lattice_of
 from knittest.models.periodic_model import NUMBERS, PeriodicModel
 from knittest.models.tool import Table, constant, plane
 from knittest.solve.periodic_body import PeriodicBody
-from knittest.solve.settled_cell import Curl
-from knittest.solve.simulate import simulate
+from knittest.solve.relaxed_cell import Curl
+from knittest.solve.simulation import simulate
 from knittest.solve.state import Observer, SimulationCost
 
 #: gap between plates and yarns at the start [mm], and travel over the thickness after which no fabric is left
@@ -33,7 +33,7 @@ class CellTest(TestRig):
 
     coordinate, force = "path_pct", "conjugate_force"
     #: whether a yarn has reached its fracture strain, and whether the run has reached its end on the path
-    torn = arrived = False
+    torn = has_arrived = False
 
     def __init__(self, run: CellRun, model: PeriodicModel) -> None:
         self.model, self.pressed = model, run.rig.path == "compaction"
@@ -44,7 +44,7 @@ class CellTest(TestRig):
         path = path_of(run, model.reference)
         if self.pressed:
             path = CellPath(path.name, MOST_CLOSED * self.thickness, 1.0, path.at)
-        self.path, self.progress = timed(run, path)
+        self.path, self.progress = time_path(run, path)
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
         self.bent, self.locks = run.rig.about, run.rig.path == "shear"
         self.ends_at = np.inf if run.rig.end_angle is None else run.rig.end_angle / run.rig.max_angle
@@ -93,12 +93,12 @@ class CellTest(TestRig):
 
     def finished(self, force: float, peak: float, broken: bool) -> bool:
         """End at the largest pressure, when a yarn is torn, or at the end of the run on its path."""
-        return self.torn or self.arrived or (self.pressed and force >= self.most)
+        return self.torn or self.has_arrived or (self.pressed and force >= self.most)
 
 
 #: share of the strain at fracture to which a path is recommended
-BELOW = 0.9
-NONE = Crossings(0.0, 0.0, 0.0, 0.0, 0.0)
+RECOMMENDED_SHARE = 0.9
+NO_CROSSINGS = Crossings(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Recorder:
@@ -115,14 +115,14 @@ class Recorder:
 
     def progress(self, fraction: float, time_ms: float, step_us: float, kinetic_ratio: float) -> None:
         """Keep a row, see whether the run ends here; where a yarn is torn end, or raise :class:`InputError`."""
-        self.model.record.append(row_of(self.model))
-        self.mount.arrived = self.mount.share(time_ms) >= self.mount.ends_at
-        if self.run.rig.path in STRETCHING:
-            self._check_torn(fraction)
+        self.model.record.append(record_row(self.model))
+        self.mount.has_arrived = self.mount.share(time_ms) >= self.mount.ends_at
+        if self.run.rig.path in TENSION_PATHS:
+            self._check_tearing(fraction)
         self.reached = fraction
         self.observer.progress(fraction, time_ms, step_us, kinetic_ratio)
 
-    def _check_torn(self, fraction: float) -> None:
+    def _check_tearing(self, fraction: float) -> None:
         strain, names = self.model.fields()["axial_strain"], self.model.mesh.part_names
         for k, name in enumerate(names):
             of = self.model.mesh.part == k
@@ -131,14 +131,14 @@ class Recorder:
                 if self.run.rig.torn == "ends":
                     return
                 # yarns grow stiffer: a path of this share of the present one strains them by less than to fracture
-                would_do = max(self.reached, BELOW * fraction * self.fracture[name] / largest)
-                raise InputError(torn(self.run, name, self.fracture[name], would_do))
+                would_do = max(self.reached, RECOMMENDED_SHARE * fraction * self.fracture[name] / largest)
+                raise InputError(torn_message(self.run, name, self.fracture[name], would_do))
 
 
-def torn(run: CellRun, system: str, fracture: float, share: float) -> str:
+def torn_message(run: CellRun, system: str, fracture: float, share: float) -> str:
     """Say that the path tears the yarns of ``system``, and which ``share`` of it does not."""
     rig = run.rig
-    remedy = f"use --set rig.max_strain={rounded_down(share * rig.max_strain):g}"
+    remedy = f"use --set rig.max_strain={round_down(share * rig.max_strain):g}"
     if rig.path == "steps":
         remedy = f"end the steps at {100.0 * share:.0f} % of the path"
     return (
@@ -146,14 +146,14 @@ def torn(run: CellRun, system: str, fracture: float, share: float) -> str:
     )
 
 
-def row_of(model: PeriodicModel) -> dict[str, float]:
+def record_row(model: PeriodicModel) -> dict[str, float]:
     """Elastic energies [mJ] by system and mechanism, crossings by kind, and thickness [mm]."""
     names, energies = model.mesh.part_names, model.beam_energies()
     row = {f"{m}_{part}_mj": float(v[k]) for m, v in energies.items() for k, part in enumerate(names)}
     found = crossings(model)
     for k, one in enumerate(names):
         for other in names[k:]:
-            of, label = found.get(f"{one}-{other}", NONE), f"{one}_{other}"
+            of, label = found.get(f"{one}-{other}", NO_CROSSINGS), f"{one}_{other}"
             row |= {
                 f"{label}_contacts": of.count, f"{label}_normal_force_n": of.normal_force,
                 f"{label}_largest_force_n": of.largest_force, f"{label}_angle_deg": of.angle,
@@ -167,7 +167,7 @@ class Cell(FabricTest[CellRun]):
 
     lowers_speed = True
 
-    def refuse(self, run: CellRun) -> None:
+    def check_run(self, run: CellRun) -> None:
         """Raise :class:`InputError` for a strain at which even straight yarns are torn."""
         rig, yarn = run.rig, run.fabric.reinforcing
         for system in ("warp", "weft"):
@@ -178,18 +178,18 @@ class Cell(FabricTest[CellRun]):
             if rig.max_strain_fraction * share > most:
                 raise InputError(
                     f"rig.max_strain = {rig.max_strain:g} % tears the {system} yarns, even straight ones, at "
-                    f"{100.0 * most:.2f} %; use --set rig.max_strain={rounded_down(100.0 * most / share):g}"
+                    f"{100.0 * most:.2f} %; use --set rig.max_strain={round_down(100.0 * most / share):g}"
                 )
 
-    def mount_yarns(self, run: CellRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: CellRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the cell, warp along y; all specimens are alike."""
         observer.phase("generating the yarns")
         cell, rig = relaxed_cell(run.fabric), run.rig
         shrink = path_of(run, lattice_of(cell, rig.wales, rig.courses)).shrink
         model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about, rig.slide)
-        return Prepared(model, CellTest(run, model), facts={"area_mm2": model.area})
+        return PreparedSpecimen(model, CellTest(run, model), facts={"area_mm2": model.area})
 
-    def solve(self, prepared: Prepared, run: CellRun, observer: Observer) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: PreparedSpecimen, run: CellRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Follow the path, and record energies by mechanism and crossings."""
         mount = prepared.mount
         assert isinstance(mount, CellTest)
@@ -206,7 +206,7 @@ class Cell(FabricTest[CellRun]):
         history, cost = simulate(mount.model, mount, run.solver, run.output, recorder)
         return self.finish(run, prepared, history), cost
 
-    def finish(self, run: CellRun, prepared: Prepared, history: History) -> History:
+    def finish(self, run: CellRun, prepared: PreparedSpecimen, history: History) -> History:
         """Add energies by mechanism and crossings."""
         assert isinstance(prepared.mount, CellTest)
         record = prepared.mount.model.record[: len(history.energies["time_ms"])]
@@ -215,7 +215,7 @@ class Cell(FabricTest[CellRun]):
         contacts = {name: values for name, values in columns.items() if name not in energies}
         return replace(history, energies=history.energies | energies, contacts=history.contacts | contacts)
 
-    def results(self, run: CellRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: CellRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Mean stress of the path, the share of friction, thickness and the forces of crossings at its end."""
         curve, energies, contacts = history.curve, history.energies, history.contacts
         thickness = contacts["thickness_mm"]
@@ -239,18 +239,20 @@ class Cell(FabricTest[CellRun]):
                 found["cell_fracture_strain_pct"] = float(curve["strain_pct"][-1])
         return found
 
-    def assess(self, run: CellRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: CellRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate the standard checks, of bending by the largest work so far whatever its sign, and locking."""
         if run.rig.path == "bending":
             energies = history.energies
             work = np.maximum.accumulate(np.abs(energies["external_mj"]))
             ratio = energies["kinetic_mj"] / np.maximum(work, 1e-9)
             history = replace(history, energies=energies | {"kinetic_ratio": ratio})
-        quality = assess(run, prepared, history, cost, judged_span(run, history))
-        return quality.warning(*locking(history, run.rig.last_angle)) if run.rig.path == "shear" else quality
+        quality = assess(run, prepared, history, cost, checked_span(run, history))
+        return (
+            quality.with_warnings(*locking_warning(history, run.rig.last_angle)) if run.rig.path == "shear" else quality
+        )
 
 
-def judged_span(run: CellRun, history: History) -> Span:
+def checked_span(run: CellRun, history: History) -> Span:
     """Return the span of the path without its beginning; of bending all of it."""
     if run.rig.path == "bending":
         return Span()

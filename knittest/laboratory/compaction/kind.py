@@ -1,6 +1,6 @@
 """Record of the compaction test."""
 
-from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.base.kinds import SHEETS, Regression, RegressionRuns, TestKind
 from knittest.laboratory.records import labels_at
 
 KIND = TestKind(
@@ -40,5 +40,5 @@ KIND = TestKind(
         ),
     },
     hinges={"membrane_share": -1},
-    regression=Regression(runs=(Regressed(2, "quick", "meso", "quick", SHEETS, ("rig.side=10",), "10mm"),)),
+    regression=Regression(runs=(RegressionRuns(2, "quick", "meso", "quick", SHEETS, ("rig.side=10",), "10mm"),)),
 )  # fmt: skip

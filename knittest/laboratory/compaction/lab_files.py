@@ -8,9 +8,9 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.experiment.lab_conditions import PLATE_AREA, PLATE_DIAMETER
-from knittest.experiment.lab_recording import Origin, Recording, reader
+from knittest.experiment.lab_recording import Origin, Recording, make_reader
 from knittest.experiment.lab_results import Curves, Results
-from knittest.experiment.lab_shear import digests, first_loading, refuse_apart
+from knittest.experiment.lab_shear import digests, first_loading, refuse_outliers
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Array, Corridor
 from knittest.laboratory.compaction.van_wyk import PRESSURES, thickness_at
@@ -22,7 +22,7 @@ PLACES = 100
 
 
 @dataclass(frozen=True)
-class Pressed(Origin):
+class PressedPiece(Origin):
     """Pressure [kPa], rising, and thickness [mm] of one piece on its first loading, (n,) each."""
 
     pressure: Array
@@ -33,12 +33,12 @@ class Pressed(Origin):
         return np.array([thickness_at(self.thickness, self.pressure, float(p)) for p in pressure])
 
 
-def _pressed(r: Recording) -> Pressed:
+def _read_piece(r: Recording) -> PressedPiece:
     """Read a pressure, or convert a force to one by the plate."""
     origin = r.read()
     pressure, thickness = r.values.get("pressure"), r.values["thickness"]
     if pressure is None:
-        area = r.known(PLATE_AREA) or 0.25 * np.pi * r.needed(PLATE_DIAMETER)[0] ** 2
+        area = r.find(PLATE_AREA) or 0.25 * np.pi * r.require(PLATE_DIAMETER)[0] ** 2
         pressure = 1e3 * r.values["force"] / area
     pressure = pressure if pressure.max() >= -pressure.min() else -pressure
     rows, _ = first_loading(pressure)
@@ -59,10 +59,10 @@ def _pressed(r: Recording) -> Pressed:
             f"{r.where}: {thickness[0]:.4g} mm at the start and {thickness[-1]:.4g} mm at {pressure[-1]:.4g} kPa; "
             "expected the distance of the plates, which falls, not their travel"
         )
-    return Pressed(**origin, pressure=pressure, thickness=thickness)
+    return PressedPiece(**origin, pressure=pressure, thickness=thickness)
 
 
-def _results(pieces: Sequence[Pressed]) -> Results:
+def _results(pieces: Sequence[PressedPiece]) -> Results:
     low = max(float(s.pressure[s.pressure > 0.0][0]) for s in pieces)
     high = min(float(s.pressure[-1]) for s in pieces)
     at = np.array([p for p in PRESSURES if low <= p <= high])
@@ -72,7 +72,7 @@ def _results(pieces: Sequence[Pressed]) -> Results:
             f"{', '.join(f'{p:g}' for p in PRESSURES)} kPa in this range"
         )
     values = np.array([s.at(at) for s in pieces]).T
-    refuse_apart(pieces, values[0], "thickness", "mm")
+    refuse_outliers(pieces, values[0], "thickness", "mm")
     pressure = np.geomspace(low, high, PLACES)
     curves = np.array([s.at(pressure) for s in pieces])
     sd = curves.std(axis=0, ddof=1) if len(pieces) > 1 else np.full(PLACES, np.nan)
@@ -97,9 +97,9 @@ def _rig(test: dict[str, Any]) -> dict[str, float]:
 
 LAB = LabTest(
     NAME,
-    reader(
+    make_reader(
         [("pressure", "force"), ("thickness",)], "a thickness and a pressure, or a force on a plate of known diameter",
-        _pressed, own=("compression", "cyclic"),
+        _read_piece, own=("compression", "cyclic"),
     ),
     _results, (PLATE_DIAMETER,), rig=_rig,
 )  # fmt: skip

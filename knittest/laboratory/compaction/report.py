@@ -8,26 +8,26 @@ from knittest.base.history import Body, Specimen
 from knittest.export.line_picture import Band, Level, Line
 from knittest.laboratory.compaction.config import CompactionRun
 from knittest.laboratory.compaction.test import SUNK_TOLERANCE, UNEVEN_TOLERANCE, plates, whole_pitches
-from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, loading
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, References
+from knittest.laboratory.compaction.van_wyk import PRESSURES, first_loading, fit
+from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, QualityCheck, References, SizeFreeReport
 from knittest.laboratory.strips import offsets, two_plates
 
 
-class CompactionReport(NoSize[CompactionRun], FabricReport[CompactionRun]):
+class CompactionReport(SizeFreeReport[CompactionRun], FabricReport[CompactionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
         "pressure_kpa", "thickness_mm", "pressure of the plates [kPa]", "thickness between the plates [mm]",
         reach="rig.max_pressure",
     )  # fmt: skip
-    placed_by = ("lower_plate_mm", "upper_plate_mm")
+    placement_facts = ("lower_plate_mm", "upper_plate_mm")
 
-    def gates(self, run: CompactionRun) -> list[Gate]:
+    def gates(self, run: CompactionRun) -> list[QualityCheck]:
         """Standard checks, and those of the plates."""
         return [
             *super().gates(run),
-            Gate("difference of the plates' forces", "results", "plate_difference_pct", UNEVEN_TOLERANCE),
-            Gate("penetration of the plates over their travel", "results", "plate_sunk_pct", SUNK_TOLERANCE),
+            QualityCheck("difference of the plates' forces", "results", "plate_difference_pct", UNEVEN_TOLERANCE),
+            QualityCheck("penetration of the plates over their travel", "results", "plate_sunk_pct", SUNK_TOLERANCE),
         ]
 
     def levels(self, run: CompactionRun) -> list[Level]:
@@ -37,7 +37,7 @@ class CompactionReport(NoSize[CompactionRun], FabricReport[CompactionRun]):
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Rows of the first specimen with a larger pressure than before."""
         columns = specimens[0].history.curve
-        grown = np.isin(columns["pressure_kpa"], loading(columns["thickness_mm"], columns["pressure_kpa"])[1])
+        grown = np.isin(columns["pressure_kpa"], first_loading(columns["thickness_mm"], columns["pressure_kpa"])[1])
         return {name: values[grown] for name, values in columns.items()}
 
     def placed(self, run: CompactionRun, specimen: Specimen) -> list[Body]:
@@ -51,7 +51,7 @@ class CompactionReport(NoSize[CompactionRun], FabricReport[CompactionRun]):
         """Draw pressure over thickness with the fitted law and the fabric file's thickness."""
         lines = []
         for k, one in enumerate(specimens):
-            thickness, pressure = loading(one.history.curve["thickness_mm"], one.history.curve["pressure_kpa"])
+            thickness, pressure = first_loading(one.history.curve["thickness_mm"], one.history.curve["pressure_kpa"])
             seen = pressure >= min(PRESSURES)
             lines.append(Line(thickness[seen], pressure[seen], f"simulated, specimen {k + 1}"))
             law = fit(thickness, pressure) if k == 0 else None

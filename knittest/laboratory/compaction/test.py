@@ -4,13 +4,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.history import Array, History, Quality
-from knittest.laboratory.after_rest import after_rest
-from knittest.laboratory.base import Prepared
+from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.compaction.config import CompactionRun
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, thickness_at, work
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.judging import Span, check_limit
-from knittest.laboratory.strips import centred, creeping, cut, on_needles
+from knittest.laboratory.quality_checks import Span, check_limit
+from knittest.laboratory.restart import history_from_time
+from knittest.laboratory.strips import centre_paths, creep_speed, cut_piece, needle_nodes
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary, Readings
 from knittest.models.meso import build_meso
 from knittest.models.tool import Table, plate
@@ -49,7 +49,7 @@ class CompactionTest(TestRig):
         speed, rise = run.solver.speed_mm_per_ms, run.solver.ramp_ms
         # a ramp takes 1e-9 ms at least
         full = REST + (max(rise, 1e-9) + max(CREEP / (CREEP_SHARE * speed) - rise, 0.0))
-        self.closing = creeping(speed, CREEP_SHARE, rise, REST, full)
+        self.closing = creep_speed(speed, CREEP_SHARE, rise, REST, full)
         end = self.closing.time[-1]
         self.duration = end + (MOST * self.start - self.closing.integral(end)) / speed
 
@@ -103,7 +103,7 @@ def plate_stiffness(safety: float) -> float:
     return min(max((ROOM - 4.0 * safety**2) / TOOL_STIFFNESS, 1.0), STIFFEST)
 
 
-def touching_radius(position: Array, joined: NDArray[np.int64], radius: Array) -> Array:
+def plate_contact_radius(position: Array, joined: NDArray[np.int64], radius: Array) -> Array:
     """Distance [mm] at which nodes (n, 3) touch a plate: ``radius`` (n,) less their offset from the centre line."""
     z = position[:, 2]
     step, both = np.zeros(len(z)), np.zeros(len(z))
@@ -115,7 +115,7 @@ def touching_radius(position: Array, joined: NDArray[np.int64], radius: Array) -
 
 
 #: pitches of the piece around the plates
-AROUND = 1
+BORDER_PITCHES = 1
 #: largest difference of the plates' forces over their mean, and largest penetration over their travel [%]
 UNEVEN_TOLERANCE, SUNK_TOLERANCE = 5.0, 5.0
 
@@ -123,31 +123,31 @@ UNEVEN_TOLERANCE, SUNK_TOLERANCE = 5.0, 5.0
 class Compaction(FabricTest[CompactionRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
-    def mount_yarns(self, run: CompactionRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: CompactionRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the piece of whole pitches, with the plates a little off its faces."""
         pressed, size = whole_pitches(run)
-        whole = (pressed + 2.0 * AROUND) * np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
-        n_wales, n_courses = (int(n) + 2 * AROUND for n in pressed)
-        piece = cut(run, n_wales, n_courses, specimen, observer)
-        model = build_meso(run, centred(piece.paths, whole), piece.draws, run.rig.membrane_share)
+        whole = (pressed + 2.0 * BORDER_PITCHES) * np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
+        n_wales, n_courses = (int(n) + 2 * BORDER_PITCHES for n in pressed)
+        piece = cut_piece(run, n_wales, n_courses, specimen, observer)
+        model = build_meso(run, centre_paths(piece.paths, whole), piece.draws, run.rig.membrane_share)
         position = model.position()
-        radius = touching_radius(position, model.mesh.cells, model.group.radius)
+        radius = plate_contact_radius(position, model.mesh.cells, model.group.radius)
         under = (np.abs(position[:, :2]) <= 0.5 * size).all(axis=1)
         z = position[:, 2]
         faces = float((z - radius)[under].min()), float((z + radius)[under].max())
-        rim = on_needles(np.abs(position[:, 1]) - 0.5 * float(whole[1]), model.group.chain)
+        rim = needle_nodes(np.abs(position[:, 1]) - 0.5 * float(whole[1]), model.group.chain)
         mount = CompactionTest(run, faces, size, radius, rim)
         facts = {
             "area_mm2": float(np.prod(size)), "thickness_at_start_mm": faces[1] - faces[0],
             "lower_plate_mm": mount.faces[0], "upper_plate_mm": mount.faces[1],
         }  # fmt: skip
-        return Prepared(model, mount, yarns=piece.table, facts=facts)
+        return PreparedSpecimen(model, mount, yarns=piece.table, facts=facts)
 
-    def finish(self, run: CompactionRun, prepared: Prepared, history: History) -> History:
+    def finish(self, run: CompactionRun, prepared: PreparedSpecimen, history: History) -> History:
         """Return the closing alone, after the square has come to rest."""
-        return after_rest(history, REST)
+        return history_from_time(history, REST)
 
-    def results(self, run: CompactionRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: CompactionRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Thickness at the pressures up to the largest, work, and the fitted law."""
         curve = history.curve
         t, p = curve["thickness_mm"], curve["pressure_kpa"]
@@ -158,11 +158,11 @@ class Compaction(FabricTest[CompactionRun]):
             "compaction_exponent": law.exponent if law is not None and law.follows else float("nan"),
             "law_scatter_pct": float("nan") if law is None else 100.0 * law.scatter,
             "largest_pressure_kpa": float(p.max()),
-            "plate_difference_pct": uneven(history, min(PRESSURES)),
-            "plate_sunk_pct": sunk(history),
+            "plate_difference_pct": plate_force_difference(history, min(PRESSURES)),
+            "plate_sunk_pct": plate_penetration(history),
         }
 
-    def assess(self, run: CompactionRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: CompactionRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate the standard checks, those of the plates, and whether the pressure is reached."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
@@ -171,12 +171,12 @@ class Compaction(FabricTest[CompactionRun]):
         quality = check_limit(quality, apart, UNEVEN_TOLERANCE, text, ": lower solver.speed")
         quality = check_limit(quality, depth, SUNK_TOLERANCE, f"plate penetration is {depth:.1f} % of the travel")
         if found["largest_pressure_kpa"] < run.rig.max_pressure:
-            quality = quality.refusing(
+            quality = quality.with_failed_check(
                 f"the plates closed by half the thickness at {found['largest_pressure_kpa']:.3g} kPa, before "
                 f"rig.max_pressure = {run.rig.max_pressure:g} kPa: lower rig.max_pressure"
             )
         if not np.isfinite(found["compaction_exponent"]):
-            quality = quality.warning(
+            quality = quality.with_warnings(
                 f"no exponent of compaction: the pressure scatters by {found['law_scatter_pct']:.0f} % about "
                 "p ~ 1/t^n - 1/t0^n"
             )
@@ -187,7 +187,7 @@ class Compaction(FabricTest[CompactionRun]):
         return Span.from_value(history, "pressure_kpa", min(PRESSURES))
 
 
-def uneven(history: History, least: float) -> float:
+def plate_force_difference(history: History, least: float) -> float:
     """Largest difference of the plates' forces over their mean [%] from ``least`` [kPa] on, by 0.2 decades."""
     curve = history.curve
     pressed = curve["pressure_kpa"] >= least
@@ -199,7 +199,7 @@ def uneven(history: History, least: float) -> float:
     return float(200.0 * np.max(np.abs(upper - lower)[full] / (upper + lower)[full]))
 
 
-def sunk(history: History) -> float:
+def plate_penetration(history: History) -> float:
     """Deepest penetration of both plates over their travel [%]."""
     deepest = 1e-3 * float(history.contacts["tool_penetration_max_um"].max())
     return 200.0 * deepest / max(float(history.curve["compaction_mm"][-1]), 1e-9)

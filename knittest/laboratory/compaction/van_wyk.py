@@ -15,7 +15,7 @@ PRESSURES = (1.0, 10.0, 100.0, 1000.0)
 #: bounds of the exponent, and places of the fit a decade of pressure
 EXPONENTS, PLACES = (0.5, 60.0), 10
 #: sd of ln p about the fit above which the curve does not follow the law, and has no exponent
-FOLLOWS = 0.3
+LARGEST_SCATTER = 0.3
 
 
 @dataclass(frozen=True)
@@ -30,14 +30,14 @@ class VanWyk:
     @property
     def follows(self) -> bool:
         """Tell whether the curve follows the law, with an exponent inside its bounds."""
-        return self.scatter <= FOLLOWS and EXPONENTS[0] * 1.01 < self.exponent < EXPONENTS[1] * 0.99
+        return self.scatter <= LARGEST_SCATTER and EXPONENTS[0] * 1.01 < self.exponent < EXPONENTS[1] * 0.99
 
     def pressure(self, thickness: Array) -> Array:
         """Pressure [kPa] at ``thickness`` [mm], (n,)."""
         return np.asarray(self.factor * (thickness**-self.exponent - self.thickness**-self.exponent))
 
 
-def loading(thickness: Array, pressure: Array) -> tuple[Array, Array]:
+def first_loading(thickness: Array, pressure: Array) -> tuple[Array, Array]:
     """Thickness [mm] and pressure [kPa] of the rows with a larger pressure than before, (n,)."""
     before = np.concatenate([[0.0], np.maximum.accumulate(pressure)[:-1]])
     grown = pressure > np.maximum(before, 0.0)
@@ -46,7 +46,7 @@ def loading(thickness: Array, pressure: Array) -> tuple[Array, Array]:
 
 def thickness_at(thickness: Array, pressure: Array, at: float) -> float:
     """Thickness [mm] at the pressure ``at`` [kPa], interpolated over its logarithm; nan outside the first loading."""
-    t, p = loading(thickness, pressure)
+    t, p = first_loading(thickness, pressure)
     if len(p) < 2 or not p[0] <= at <= p[-1]:
         return float("nan")
     return float(np.interp(np.log(at), np.log(p), t))
@@ -62,7 +62,7 @@ def fit(thickness: Array, pressure: Array) -> VanWyk | None:
     """Law by least squares of ln p at places even over the logarithm of the pressure; None below a decade."""
     from scipy.optimize import least_squares
 
-    t, p = loading(thickness, pressure)
+    t, p = first_loading(thickness, pressure)
     p_low = max(float(p[0]), PRESSURES[0]) if len(p) > 2 else np.inf
     decades = np.log10(p[-1] / p_low) if len(p) > 2 and p[-1] > p_low else 0.0
     if decades < 1.0:

@@ -7,12 +7,12 @@ from pydantic import Field, model_validator
 
 from knittest.base.kinds import Stated
 from knittest.config.base import Kernel, number
-from knittest.config.doubtful import is_derived, with_in_plane_bending, without_in_plane_bending
 from knittest.config.fabric import Direction
 from knittest.config.rigs import Rig, check_friction_order
 from knittest.config.run import Run
+from knittest.config.suspicious_values import is_derived, with_in_plane_bending, without_in_plane_bending
 from knittest.config.tools import Die, Holder, Stamp, check_blank, check_fit
-from knittest.experiment.origin import Origin, assumed_friction, guessed
+from knittest.experiment.origin import Origin, assumed_fields, assumed_friction
 
 
 class FormingRig(Rig):
@@ -84,7 +84,7 @@ T = (
 )  # fmt: skip
 
 
-def _smaller(blank: float, depth: float, t: Sequence[float], radius: float, **tools: object) -> dict[str, object]:
+def _small_tools(blank: float, depth: float, t: Sequence[float], radius: float, **tools: object) -> dict[str, object]:
     """Sizes [mm] of a square ``blank``, its stroke, the stamps ``t`` and of ``radius``, and other ``tools``."""
     stamp = {"t": dict(zip(T, t, strict=True)), "hemisphere": {"radius": radius}}
     return {"blank_length": blank, "blank_width": blank, "depth": depth, "stamp": stamp, **tools}
@@ -92,12 +92,12 @@ def _smaller(blank: float, depth: float, t: Sequence[float], radius: float, **to
 
 #: smaller blank, stroke and stamp of a meso run: a tenth and a half of the beams. Gaps and floor remain: the fabric is
 #: as thick
-SMALLER: dict[str, dict[str, object]] = {
-    "quick": _smaller(
+SMALL_TOOLS: dict[str, dict[str, object]] = {
+    "quick": _small_tools(
         120.0, 15.0, (56.0, 20.0, 36.0, 20.0, 4.0, 5.0, 12.0), 20.0, die={"clearance": 6.0, "edge_radius": 4.0},
         holder={"clearance": 6.0},
     ),
-    "standard": _smaller(230.0, 28.0, (105.0, 35.0, 70.0, 35.0, 6.0, 9.0, 16.0), 35.0, die={"edge_radius": 6.0}),
+    "standard": _small_tools(230.0, 28.0, (105.0, 35.0, 70.0, 35.0, 6.0, 9.0, 16.0), 35.0, die={"edge_radius": 6.0}),
     "paper": {},
 }  # fmt: skip
 
@@ -113,13 +113,13 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
     }
     if scale == "meso":  # less work is done on a small piece, so its inertia must be smaller
         solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.7, "speed": SPEED[preset]}
-        return {"model": model, "rig": SMALLER[preset], "solver": solver}
+        return {"model": model, "rig": SMALL_TOOLS[preset], "solver": solver}
     force = stated("blank_holder_force")
     free = {} if isinstance(force, int | float) and force > 0.0 else FREE_BLANK
     return {"model": model, "solver": {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.9} | free}
 
 
-def stated(run: FormingRun) -> tuple[str, ...]:
+def size_texts(run: FormingRun) -> tuple[str, ...]:
     """Size of the blank and what acts on it, in words."""
     rig = run.rig
     held = f"holder {rig.blank_holder_force:g} N" if rig.blank_holder_force > 0.0 else "no holder"
@@ -137,6 +137,10 @@ class FormingOrigin(Origin[FormingRun]):
         bending, found = run.fabric.macro.in_plane_bending, []
         for direction in DIRECTIONS:
             fields = (f"reinforcing.bending_stiffness.{direction}", f"{direction}_density")
-            if bending is not None and is_derived(bending.of(direction)) and (names := guessed(run.fabric, fields)):
+            if (
+                bending is not None
+                and is_derived(bending.of(direction))
+                and (names := assumed_fields(run.fabric, fields))
+            ):
                 found.append(f"macro.in_plane_bending.{direction} (from {' and '.join(names)})")
         return (*super().assumed(run), *found, *assumed_friction(run))

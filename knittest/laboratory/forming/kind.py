@@ -1,6 +1,6 @@
 """Record of the forming test."""
 
-from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.base.kinds import SHEETS, Regression, RegressionRuns, TestKind
 from knittest.laboratory.records import CROSSINGS, LOOPS
 
 #: blanks for the quick level of the regression: of shells without a holder, and of yarns, which need one
@@ -30,7 +30,7 @@ KIND = TestKind(
     report="knittest.laboratory.forming.report:FormingReport",
     deck_force="rcforc, contacts with the stamp, along z",
     checked="knittest.laboratory.forming.tool_check:check_tools",
-    size="knittest.laboratory.forming.config:stated",
+    size="knittest.laboratory.forming.config:size_texts",
     sheet=("blank_length", "blank_width"),
     labels={
         "stamp_force_max_n": ("stamp force, largest [N]", "{:.1f}"),
@@ -82,13 +82,13 @@ KIND = TestKind(
     # the buckles by 3.9 %
     regression=Regression(
         runs=(
-            Regressed(1, "quick", "meso", "quick", SHEETS, _SMALL, "40mm"),
-            Regressed(1, "quick", "macro", "quick", SHEETS, _FREE, "150mm"),
-            Regressed(
+            RegressionRuns(1, "quick", "meso", "quick", SHEETS, _SMALL, "40mm"),
+            RegressionRuns(1, "quick", "macro", "quick", SHEETS, _FREE, "150mm"),
+            RegressionRuns(
                 1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100",), "100n", enlarges=True
             ),
-            Regressed(0, "full", "meso", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
-            Regressed(2, "full", "macro", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
+            RegressionRuns(0, "full", "meso", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
+            RegressionRuns(2, "full", "macro", "paper", (("1", None),), ("rig.blank_holder_force=100",), "100n"),
         ),
         drift={"macro": (0.04, 0.02, 0.10)},
         buckled=("max_wrinkle_height_mm", "wrinkle_height_p95_mm", "rim_wave_height_mm"),

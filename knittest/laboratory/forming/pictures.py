@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, RED, dress, new_figure, present, save
+from knittest.base.figure import BLACK, BLUE, GREEN, GREY, ORANGE, RED, current_printing, new_figure, save, style_axes
 from knittest.base.history import Array, Frame, Mesh
-from knittest.export.shading import View, render_tubes, shaded, sight
+from knittest.export.shading import View, render_tubes, shade_quads, view_axes
 from knittest.tooling.fit import Fit, Stroke
 from knittest.tooling.toolset import PLATE, ToolSet
 
@@ -88,7 +88,7 @@ def plan_picture(
     _draw_outlines(axes, outlines)
     box, wide = axes.get_position(), figure.get_size_inches()[0]
     bar = figure.add_axes((box.x1 + 0.2 / wide, box.y0 + 0.1 * box.height, 0.2 / wide, 0.8 * box.height))
-    found = figure.colorbar(drawn, cax=bar, extend=_cut(value[shown], scale))
+    found = figure.colorbar(drawn, cax=bar, extend=_scale_extension(value[shown], scale))
     found.set_label(label)
     if field.limit is not None:
         found.ax.axhline(field.limit, color=BLACK, lw=1.5)
@@ -118,7 +118,7 @@ def _plan_axes(outlines: Outlines, right: float, title: str, note: str) -> Any:
     return axes
 
 
-def _cut(value: Array, scale: "Normalize") -> Literal["neither", "both", "min", "max"]:
+def _scale_extension(value: Array, scale: "Normalize") -> Literal["neither", "both", "min", "max"]:
     """Ends of the scale beyond which values lie, but for rounding."""
     low, high = scale.vmin, scale.vmax
     assert low is not None and high is not None
@@ -145,19 +145,21 @@ def tilted_picture(path: Path, mesh: Mesh, frame: Frame, value: Array, *, title:
 
     norm, cmap = Normalize(0.0, max(top, 1e-9), clip=True), colormaps["viridis"]
     colour = cmap(norm(value))[:, :3]
-    seen = frame.position @ sight().T
+    seen = frame.position @ view_axes().T
     low, high = seen[:, :2].min(axis=0) - 3.0, seen[:, :2].max(axis=0) + 3.0
     size = high - low
     figure = new_figure(9.0, 9.0 * 0.86 * size[1] / size[0] + 1.1)
     tall = figure.get_size_inches()[1]
     axes = figure.add_axes((0.02, 0.5 / tall, 0.86, 1.0 - 1.1 / tall))
     if mesh.kind == "beams":
-        view = View(low[0], high[0], low[1], high[1], float(np.sqrt(size.prod() / (_PIXELS * present().pixels))))
+        view = View(
+            low[0], high[0], low[1], high[1], float(np.sqrt(size.prod() / (_PIXELS * current_printing().pixels)))
+        )
         ends = seen[mesh.cells]
         image = render_tubes(ends[:, 0], ends[:, 1], mesh.radius, colour, view)
         axes.imshow(image, origin="lower", extent=view.extent, interpolation="antialiased")
     else:
-        places, shown = shaded(seen[mesh.cells], colour)
+        places, shown = shade_quads(seen[mesh.cells], colour)
         axes.add_collection(PolyCollection(list(places), facecolor=shown, edgecolor=shown, linewidth=0.2))
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     axes.set_aspect("equal")
@@ -173,7 +175,7 @@ COLOURS = {"stamp": ORANGE, "die": BLUE, "holder": GREEN}
 #: die and holder often have one opening: both lines are visible
 WIDTHS, TOOL_DASHES = {"stamp": 1.6, "die": 3.0, "holder": 1.4}, {"stamp": "-", "die": "-", "holder": "--"}
 #: samples of a picture across
-FINE = 400
+GRID_POINTS = 400
 #: how far stamp and holder are lifted in the view [mm]
 LIFT = {"stamp": 120.0, "holder": 60.0, "die": 0.0}
 #: elevation and azimuth of the view [deg], direction of the light
@@ -221,30 +223,32 @@ def _draw_space(axes: "Axes3D", tools: ToolSet) -> None:
 
 def _draw_plan(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
     half, thickness, depth = 0.5 * np.array(stroke.blank), stroke.thickness, stroke.depth
-    x, y = (1.08 * np.linspace(-side, side, FINE) for side in half)
+    x, y = (1.08 * np.linspace(-side, side, GRID_POINTS) for side in half)
     heights = {"stamp": 0.5 * thickness + depth, "die": -0.5 * thickness - depth, "holder": 0.5 * (thickness + PLATE)}
     for name, tool in tools.by_name.items():
         points = np.stack(np.meshgrid(x, y, heights[name], indexing="ij"), axis=-1).reshape(-1, 3)
         style: dict[str, Any] = {"colors": COLOURS[name], "linewidths": WIDTHS[name], "linestyles": TOOL_DASHES[name]}
-        distance = tool.distance(points).reshape(FINE, FINE).T
+        distance = tool.distance(points).reshape(GRID_POINTS, GRID_POINTS).T
         if distance.min() < 0.0 < distance.max():
             axes.contour(x, y, distance, [0.0], **style)
         axes.plot([], [], color=COLOURS[name], lw=WIDTHS[name], ls=TOOL_DASHES[name], label=f"{name}, wall")
     around = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) * half
     axes.plot(*around.T, color=GREY, lw=1.2, ls=":", label="blank")
     axes.plot(*fit.die.place[:2], "x", color=RED, ms=8, mew=2, label="smallest clearance")
-    axes.plot(*(_direction(fit)[:, None] * _reach(stroke)), color=GREY, lw=0.8, ls="-.", label="section below")
+    axes.plot(
+        *(_section_direction(fit)[:, None] * _section_range(stroke)), color=GREY, lw=0.8, ls="-.", label="section below"
+    )
     axes.set(xlim=x[[0, -1]], ylim=y[[0, -1]], aspect="equal")
     axes.set_xlabel("x, weft [mm]", fontsize=9)
     axes.set_ylabel("y, warp [mm]", fontsize=9)
     axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), fontsize=8.5, frameon=False)
-    dress(axes)
+    style_axes(axes)
 
 
 def _draw_section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> None:
     """Draw the tools cut by an upright plane through the middle and the smallest clearance, and the flat blank."""
-    towards, travel, thickness = _direction(fit), fit.die.travel, stroke.thickness
-    along, z = _reach(stroke), np.linspace(-stroke.depth - 15.0, 15.0, FINE)
+    towards, travel, thickness = _section_direction(fit), fit.die.travel, stroke.thickness
+    along, z = _section_range(stroke), np.linspace(-stroke.depth - 15.0, 15.0, GRID_POINTS)
     for name, tool in tools.by_name.items():
         height = z + (travel if name == "stamp" else 0.0)
         points = np.column_stack([np.repeat(along[:, None] * towards, len(z), axis=0), np.tile(height, len(along))])
@@ -267,16 +271,16 @@ def _draw_section(axes: "Axes", tools: ToolSet, fit: Fit, stroke: Stroke) -> Non
         f"mm (asked {fit.asked:g} mm); smallest clearance {fit.die.size:.3g} mm (x)",
         fontsize=9.5, loc="left", color=RED if fit.problems else "black",
     )  # fmt: skip
-    dress(axes)
+    style_axes(axes)
 
 
-def _direction(fit: Fit) -> Array:
+def _section_direction(fit: Fit) -> Array:
     """Direction in plan of the section, (2,): from the middle of the blank to the smallest clearance; y for none."""
     place = np.array(fit.die.place[:2])
     away = float(np.linalg.norm(place))
     return place / away if away > 1.0 else np.array([0.0, 1.0])
 
 
-def _reach(stroke: Stroke) -> Array:
+def _section_range(stroke: Stroke) -> Array:
     half = 0.5 * max(stroke.blank)
-    return np.linspace(-half, half, 2 * FINE)
+    return np.linspace(-half, half, 2 * GRID_POINTS)

@@ -8,11 +8,19 @@ import numpy as np
 from knittest.base.history import Array, Body, Specimen
 from knittest.export.line_picture import Level, Line, line_picture
 from knittest.laboratory.forming.config import FormingRun
-from knittest.laboratory.forming.formed import MECHANISMS, Formed, draw_in, stamp_work, yarn_forces
 from knittest.laboratory.forming.pictures import Field, Outlines, outline_picture, plan_picture, tilted_picture
-from knittest.laboratory.forming.test import WRINKLED, allowed_depth, drawn, shear_field
+from knittest.laboratory.forming.results import MECHANISMS, MidSurface, draw_in, stamp_work, yarn_forces
+from knittest.laboratory.forming.test import WRINKLE_HEIGHT, allowed_depth, mid_surface_at, shear_field
 from knittest.laboratory.forming.tool_check import moved_tools, tools_of
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, References, title_of
+from knittest.laboratory.report_base import (
+    Columns,
+    CurveAxes,
+    FabricReport,
+    QualityCheck,
+    References,
+    SizeFreeReport,
+    title_of,
+)
 
 #: share of the elements within the colours [%], least share of the work of a mechanism, picture over the blank's side
 SHOWN, DRAWN, AROUND = 99.5, 0.01, 1.06
@@ -20,21 +28,21 @@ SHOWN, DRAWN, AROUND = 99.5, 0.01, 1.06
 STYLES = ("-", "--", "-.", ":")
 
 
-class FormingReport(NoSize[FormingRun], FabricReport[FormingRun]):
+class FormingReport(SizeFreeReport[FormingRun], FabricReport[FormingRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("stamp_travel_mm", "stamp_force_n", "travel of the stamp [mm]", "force [N]")
-    placed_by = ("thickness_mm",)
+    placement_facts = ("thickness_mm",)
 
     def levels(self, run: FormingRun) -> list[Level]:
         """Force on the holder."""
         force = run.rig.blank_holder_force
         return [Level(force, f"force on the blank holder: {force:g} N")] if force > 0.0 else []
 
-    def gates(self, run: FormingRun) -> list[Gate]:
+    def gates(self, run: FormingRun) -> list[QualityCheck]:
         """Standard checks, and the penetration of tools."""
         limit = allowed_depth(run)
-        depth = Gate("deepest penetration of a tool", "results", "tool_penetration_max_um", limit, unit="um")
+        depth = QualityCheck("deepest penetration of a tool", "results", "tool_penetration_max_um", limit, unit="um")
         return [*super().gates(run), depth]
 
     def tables(self, run: FormingRun, specimens: list[Specimen]) -> dict[str, Columns]:
@@ -76,12 +84,12 @@ class FormingReport(NoSize[FormingRun], FabricReport[FormingRun]):
         )  # fmt: skip
         flange = np.where(surface.on_die, surface.height, np.nan)
         height = flange if cells is None else flange[history.mesh.cells].mean(axis=1)
-        high = WRINKLED * specimen.facts["thickness_mm"]
+        high = WRINKLE_HEIGHT * specimen.facts["thickness_mm"]
         raised = Field(surface.now[:, :2], height, cells, "walls and bottom, not evaluated", "YlOrRd", high)
         plan_picture(
             folder / "wrinkles.png", raised, outlines, title=title,
             label=f"height of the flange above the die [mm]; line: {high:.2g} mm, wrinkled above",
-            top=max(float(np.percentile(np.append(surface.on_flange, 0.0), SHOWN)), 2.0 * high),
+            top=max(float(np.percentile(np.append(surface.flange_heights, 0.0), SHOWN)), 2.0 * high),
             note=f"flange: largest {results['max_wrinkle_height_mm']:.2f} mm, {results['wrinkled_area_pct']:.1f} % "
             f"above half the thickness; bottom: {results['off_stamp_area_pct']:.1f} % as far off the stamp",
         )  # fmt: skip
@@ -108,8 +116,8 @@ class FormingReport(NoSize[FormingRun], FabricReport[FormingRun]):
         self.draw_lines(run, lines, References(), path)
 
 
-def _surface(run: FormingRun, specimen: Specimen) -> Formed:
-    return drawn(run, specimen.facts, specimen.history, specimen.history.frames[-1])
+def _surface(run: FormingRun, specimen: Specimen) -> MidSurface:
+    return mid_surface_at(run, specimen.facts, specimen.history, specimen.history.frames[-1])
 
 
 def _outlines(run: FormingRun, specimen: Specimen) -> Outlines:

@@ -9,12 +9,12 @@ from collections.abc import Callable
 import numpy as np
 
 from knittest.base.history import Array, Frame, Mesh
-from knittest.base.units import rounded_down
+from knittest.base.units import round_down
 from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
-from knittest.laboratory.judging import TRY, Setting, finer_shells
-from knittest.laboratory.strips import pieces
+from knittest.laboratory.quality_checks import TRY_TEXT, SuggestedSetting, advise_finer_shells
+from knittest.laboratory.strips import pitch_vectors
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import Table, Tool, plane, ramp
 from knittest.tooling.toolset import ToolSet
@@ -23,7 +23,7 @@ from knittest.tooling.toolset import ToolSet
 PRESS, SETTLE = 2.0, 1.0
 #: penalty of the tools over the usual one: yarns pressed on a tool by others are near the limit of the step, and a
 #: shell may lie between two tools
-SOFTER = {"macro": 0.75, "meso": 0.25}
+CONTACT_STIFFNESS_FACTORS = {"macro": 0.75, "meso": 0.25}
 
 
 class FormingTest(TestRig):
@@ -46,22 +46,22 @@ class FormingTest(TestRig):
         """Tools about the blank, whose nodes are free."""
         boundary.radius[:] = self.radius
         boundary.gravity(self.weight)
-        stamp, die = self._rubbing(self.tools.stamp.tool), self._rubbing(self.tools.die.tool)
+        stamp, die = self._set_friction(self.tools.stamp.tool), self._set_friction(self.tools.die.tool)
         stamp.motion[2] = boundary.table(self.move)
         boundary.add_tool(stamp)
         boundary.add_tool(die)
         if self.tools.holder is not None:
-            holder, card = self._rubbing(self.tools.holder.tool), self.rig.holder
+            holder, card = self._set_friction(self.tools.holder.tool), self.rig.holder
             holder.motion[2], holder.load[2] = FREE, boundary.table(ramp(PRESS, -self.holder_force))
             holder.mass = float(boundary.model.mass.sum()) if card.mass_g is None else card.mass_g
             holder.drag = card.drag_per_ms
             boundary.add_tool(holder)
         if self.floor is not None:
-            boundary.add_tool(self._rubbing(plane((0.0, 0.0, self.floor), (0.0, 0.0, 1.0))))
+            boundary.add_tool(self._set_friction(plane((0.0, 0.0, self.floor), (0.0, 0.0, 1.0))))
 
-    def _rubbing(self, tool: Tool) -> Tool:
+    def _set_friction(self, tool: Tool) -> Tool:
         tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
-        tool.stiffness = SOFTER[self.scale]
+        tool.stiffness = CONTACT_STIFFNESS_FACTORS[self.scale]
         return tool
 
     def travel(self, time: float) -> float:
@@ -93,17 +93,17 @@ def _stroke(begin: float, speed: float, rise: float, depth: float) -> tuple[Tabl
     return Table(time, (*up.value, *up.value[::-1])), stop
 
 
-def free_yarns(run: FormingRun) -> tuple[str, ...]:
+def no_bending_note(run: FormingRun) -> tuple[str, ...]:
     """Note on a macro model whose inlays do not bend in the plane; empty otherwise."""
     if run.model.scale == "meso" or run.fabric.macro.in_plane_bending is not None:
         return ()
     return (
         "inlays have no in-plane bending stiffness: a compressed flange folds into shear bands one element wide, and "
-        f"forces fall with the element size; {in_plane_bending(run)}",
+        f"forces fall with the element size; {in_plane_bending_remedy(run)}",
     )
 
 
-def in_plane_bending(run: FormingRun) -> str:
+def in_plane_bending_remedy(run: FormingRun) -> str:
     """Settings that give the inlays an in-plane bending stiffness: the switch, or numbers that cannot be derived."""
     if run.fabric.reinforcing is None:
         return (
@@ -113,17 +113,17 @@ def in_plane_bending(run: FormingRun) -> str:
     return "use --set rig.in_plane_bending=true"
 
 
-def out_of_order(mesh: Mesh, *frames: Frame) -> int:
+def count_swapped_crossings(mesh: Mesh, *frames: Frame) -> int:
     """Count the crossings whose warp has changed its side of the weft between two ``frames``."""
     heights = []
     for frame in frames:
-        (warp, at_warp), (weft, at_weft) = (pieces(mesh, frame, system) for system in ("warp", "weft"))
+        (warp, at_warp), (weft, at_weft) = (pitch_vectors(mesh, frame, system) for system in ("warp", "weft"))
         normal = np.cross(weft.transpose(1, 0, 2), warp)
         heights.append(np.sum((at_warp - at_weft.transpose(1, 0, 2)) * normal, axis=2))
     return int(np.count_nonzero(heights[0] * heights[1] < 0.0))
 
 
-def less_damping(run: FormingRun, share: float) -> Setting | str:
+def advise_damping(run: FormingRun, share: float) -> SuggestedSetting | str:
     """Damping, and the speed of a free blank, that would reduce its loss to ``share`` of itself."""
     damping, speed = run.solver.damping, run.solver.speed
     free_damping, free_speed = FREE_BLANK["damping"], FREE_BLANK["speed"]
@@ -133,18 +133,18 @@ def less_damping(run: FormingRun, share: float) -> Setting | str:
         return f"preset quick passes with --set solver.damping={free_damping:g} --set solver.speed={free_speed:g}"
     # a flange that is damped less swings more
     why = "it grows with the root of the damping"
-    return Setting(why, "solver.damping", damping, rounded_down(damping * share**2), TRY)
+    return SuggestedSetting(why, "solver.damping", damping, round_down(damping * share**2), TRY_TEXT)
 
 
-def held_in_the_plane(run: FormingRun, share: float) -> Setting | str:
+def advise_in_plane_bending(run: FormingRun, share: float) -> SuggestedSetting | str:
     """Finer shells, or in-plane bending, without which finer shells only fold into finer bands."""
     if run.fabric.macro.in_plane_bending is not None:
-        return finer_shells(run, share)
-    return f"without in-plane bending finer shells only fold into finer bands: {in_plane_bending(run)}"
+        return advise_finer_shells(run, share)
+    return f"without in-plane bending finer shells only fold into finer bands: {in_plane_bending_remedy(run)}"
 
 
-ADVICE: dict[str, Callable[[FormingRun, float], Setting | str]] = {
-    "damping_over_work_max": less_damping,
-    "drag_over_weight": less_damping,
-    "hourglass_over_internal_max": held_in_the_plane,
+ADVICE: dict[str, Callable[[FormingRun, float], SuggestedSetting | str]] = {
+    "damping_over_work_max": advise_damping,
+    "drag_over_weight": advise_damping,
+    "hourglass_over_internal_max": advise_in_plane_bending,
 }

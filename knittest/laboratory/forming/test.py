@@ -6,15 +6,22 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame, History, Mesh, Quality
-from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
 from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.forming.config import FormingRun
-from knittest.laboratory.forming.formed import DIRECTIONS, Formed, draw_in, formed, rim_waves, yarn_forces
-from knittest.laboratory.forming.rig import FormingTest, free_yarns, out_of_order
+from knittest.laboratory.forming.results import (
+    DIRECTIONS,
+    MidSurface,
+    draw_in,
+    measure_mid_surface,
+    rim_waves,
+    yarn_forces,
+)
+from knittest.laboratory.forming.rig import FormingTest, count_swapped_crossings, no_bending_note
 from knittest.laboratory.forming.tool_check import fitting_tools, tools_of
-from knittest.laboratory.judging import assess
-from knittest.laboratory.strips import cut, material_angles, unevenness, weights
-from knittest.materials.laminate import softened_at_most
+from knittest.laboratory.quality_checks import assess
+from knittest.laboratory.strips import cut_piece, material_angles, node_weights, random_offsets
+from knittest.materials.laminate import limit_membrane
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_sheet, rectangle, self_contact
 from knittest.models.meso import build_meso
@@ -22,11 +29,11 @@ from knittest.solve.state import SILENT, Observer, SimulationCost
 from knittest.tooling.outline import stamp_outline
 
 #: height over the thickness above which fabric above its tool, or a crest of the rim above its troughs, is a wrinkle
-WRINKLED = 0.5
+WRINKLE_HEIGHT = 0.5
 #: largest penetration of a tool over half the thickness, or the radius of a yarn
-DEEPEST = 0.25
+LARGEST_DEPTH_SHARE = 0.25
 #: least mass of the holder over the blank's: penalties of all touching nodes, 0.3 m / dt^2 each, against 4 M / dt^2
-LIGHTEST = 0.2
+LEAST_MASS_RATIO = 0.2
 #: radius about an inner corner of the stamp over its own in which angles are read, and percentile for high values
 NEAR_CORNER, HIGH = 1.5, 95.0
 
@@ -34,39 +41,40 @@ NEAR_CORNER, HIGH = 1.5, 95.0
 class Forming(FabricTest[FormingRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
-    def prepare(self, run: FormingRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+    def prepare(self, run: FormingRun, specimen: int = 0, observer: Observer = SILENT) -> PreparedSpecimen:
         """Make the blank flat on the die, the stamp on it; raises :class:`InputError` for a holder too light."""
         prepared = super().prepare(run, specimen, observer)
         blank, holder = float(prepared.model.mass.sum()), run.rig.holder
         mass = blank if holder.mass_g is None else holder.mass_g
-        if run.rig.blank_holder_force > 0.0 and mass < LIGHTEST * blank:
+        if run.rig.blank_holder_force > 0.0 and mass < LEAST_MASS_RATIO * blank:
             raise InputError(
-                f"rig.holder.mass = {holder.mass:g} kg is too small for the time step: give at least {LIGHTEST:g} of "
+                f"rig.holder.mass = {holder.mass:g} kg is too small for the time step: give at least "
+                f"{LEAST_MASS_RATIO:g} of "
                 f"the blank's {1e-3 * blank:.3g} kg, or remove it"
             )
         return prepared
 
-    def mount_shells(self, run: FormingRun, specimen: int) -> Prepared:
+    def mount_shells(self, run: FormingRun, specimen: int) -> PreparedSpecimen:
         """Make the blank of shells."""
         rig, fabric, size = run.rig, run.fabric, run.model.macro.element_size_mm
         length, width, thickness = rig.blank_length_mm, rig.blank_width_mm, fabric.thickness_mm
         rows = np.linspace(-0.5 * length, 0.5 * length, max(round(length / size), 2) + 1)
         points, cells = rectangle(rows, width, size)
-        points[:, 2] = unevenness(rig.imperfection_mm, run.variability.seed + specimen, len(points))
-        soft = softened_at_most(fabric_laminate(run), rig.membrane_share)
+        points[:, 2] = random_offsets(rig.imperfection_mm, run.variability.seed + specimen, len(points))
+        soft = limit_membrane(fabric_laminate(run), rig.membrane_share)
         contact = self_contact(fabric, run.model.macro, run.solver.safety)
         model = build_sheet(points, cells, soft, fabric.area_mass_g_per_mm2, thickness, contact=contact)
         # unevenness does not reach into the tools
         radius = 0.5 * thickness - np.abs(points[:, 2])
-        prepared = _between_tools(run, model, thickness, radius, length * width)
-        return replace(prepared, notes=(*free_yarns(run), *prepared.notes))
+        prepared = _place_between_tools(run, model, thickness, radius, length * width)
+        return replace(prepared, notes=(*no_bending_note(run), *prepared.notes))
 
-    def mount_yarns(self, run: FormingRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: FormingRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the blank of whole pitches."""
         rig, fabric = run.rig, run.fabric
         n_wales = max(round(rig.blank_width_mm / fabric.wale_spacing), 2)
         n_courses = max(round(rig.blank_length_mm / fabric.course_spacing), 2)
-        piece = cut(run, n_wales, n_courses, specimen, observer)
+        piece = cut_piece(run, n_wales, n_courses, specimen, observer)
         size = n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing
         height = np.concatenate([p.points[:, 2] for p in piece.paths])
         centre = np.array([0.5 * size[0], 0.5 * size[1], 0.5 * (height.min() + height.max())])
@@ -74,15 +82,15 @@ class Forming(FabricTest[FormingRun]):
         model = build_meso(run, paths, piece.draws, rig.membrane_share)
         z, radius = model.position()[:, 2], model.group.radius
         thickness = 2.0 * float((np.abs(z) + radius).max())
-        prepared = _between_tools(run, model, thickness, radius, float(size[0] * size[1]))
+        prepared = _place_between_tools(run, model, thickness, radius, float(size[0] * size[1]))
         return replace(prepared, yarns=piece.table)
 
-    def results(self, run: FormingRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: FormingRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Forces, shear angles, wrinkles, draw-in and yarn forces at the end of forming."""
         mesh, first, last = history.mesh, history.frames[0], history.frames[-1]
-        surface, thickness = drawn(run, prepared.facts, history, last), prepared.facts["thickness_mm"]
+        surface, thickness = mid_surface_at(run, prepared.facts, history, last), prepared.facts["thickness_mm"]
         edge, forces = draw_in(mesh, first, last), yarn_forces(run, mesh, history.frames)
-        waves = rim_waves(edge.start, edge.rise, WRINKLED * thickness)
+        waves = rim_waves(edge.start, edge.rise, WRINKLE_HEIGHT * thickness)
         strains = {}
         if "strain_warp" in last.fields:  # a check of the share of the membrane stiffness
             largest = max(float(last.fields[f"strain_{d}"].max()) for d in DIRECTIONS)
@@ -103,30 +111,34 @@ class Forming(FabricTest[FormingRun]):
             "tool_penetration_max_um": float(history.contacts["tool_penetration_max_um"].max()),
         }
         if mesh.kind == "beams":
-            found["crossings_out_of_order"] = float(out_of_order(mesh, first, last))
+            found["crossings_out_of_order"] = float(count_swapped_crossings(mesh, first, last))
         return found
 
-    def assess(self, run: FormingRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: FormingRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate the standard checks, drag, and penetration of tools; warn of what the model leaves out."""
-        quality = assess(run, prepared, history, cost, self.span(history), dragged(run, prepared))
+        quality = assess(run, prepared, history, cost, self.span(history), drag_ratio(run, prepared))
         deepest = float(history.contacts["tool_penetration_max_um"].max())
         limit = allowed_depth(run)
         if deepest > limit:
-            quality = quality.refusing(f"tool penetration of {deepest:.0f} um exceeds the limit of {limit:.0f} um")
+            quality = quality.with_failed_check(
+                f"tool penetration of {deepest:.0f} um exceeds the limit of {limit:.0f} um"
+            )
         assert isinstance(prepared.rig, FormingTest)
-        return quality.warning(*prepared.notes, *prepared.rig.tools.notes)
+        return quality.with_warnings(*prepared.notes, *prepared.rig.tools.notes)
 
 
-def _between_tools(run: FormingRun, model: ExplicitModel, thickness: float, radius: Array, area: float) -> Prepared:
+def _place_between_tools(
+    run: FormingRun, model: ExplicitModel, thickness: float, radius: Array, area: float
+) -> PreparedSpecimen:
     """Put a blank of ``thickness`` [mm] and ``area`` [mm2] between its tools."""
     checked = fitting_tools(run, thickness)
-    weight = weights(run.fabric, run.rig.gravity_mm_per_ms2, model, area)
+    weight = node_weights(run.fabric, run.rig.gravity_mm_per_ms2, model, area)
     test = FormingTest(run, checked.tools, thickness, radius, weight)
     facts = {"thickness_mm": thickness, "area_mm2": area}
-    return Prepared(model, test, facts=facts, notes=checked.fit.doubts)
+    return PreparedSpecimen(model, test, facts=facts, notes=checked.fit.fit_warnings)
 
 
-def dragged(run: FormingRun, prepared: Prepared) -> float:
+def drag_ratio(run: FormingRun, prepared: PreparedSpecimen) -> float:
     """Drag of the damping on the blank at the stamp's full speed over the force that presses it down [-]."""
     assert isinstance(prepared.rig, FormingTest)
     drag = run.solver.damping_per_ms * run.solver.speed_mm_per_ms * float(prepared.model.mass.sum())
@@ -138,15 +150,15 @@ def allowed_depth(run: FormingRun) -> float:
     """Largest allowed penetration of a tool [um]."""
     fabric = run.fabric
     if run.model.scale == "macro":
-        return 1e3 * DEEPEST * 0.5 * fabric.thickness_mm
+        return 1e3 * LARGEST_DEPTH_SHARE * 0.5 * fabric.thickness_mm
     heights = [fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft")]
-    return 1e3 * DEEPEST * 0.5 * min(*heights, fabric.knitting.beam_diameter_mm)
+    return 1e3 * LARGEST_DEPTH_SHARE * 0.5 * min(*heights, fabric.knitting.beam_diameter_mm)
 
 
-def drawn(run: FormingRun, facts: dict[str, float], history: History, frame: Frame) -> Formed:
+def mid_surface_at(run: FormingRun, facts: dict[str, float], history: History, frame: Frame) -> MidSurface:
     """Mid-surface over the tools in ``frame``."""
     thickness = facts["thickness_mm"]
-    return formed(history, frame, tools_of(run, thickness), thickness, frame.coordinate)
+    return measure_mid_surface(history, frame, tools_of(run, thickness), thickness, frame.coordinate)
 
 
 def shear_field(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
@@ -175,9 +187,9 @@ def _shear(run: FormingRun, mesh: Mesh, frame: Frame) -> dict[str, float]:
     }
 
 
-def _wrinkles(surface: Formed, thickness: float) -> dict[str, float]:
+def _wrinkles(surface: MidSurface, thickness: float) -> dict[str, float]:
     """Height of the flange above the die, and shares of flange and bottom that do not follow their tool."""
-    flange, bottom, high = surface.on_flange, surface.under_stamp, WRINKLED * thickness
+    flange, bottom, high = surface.flange_heights, surface.stamp_distances, WRINKLE_HEIGHT * thickness
     return {
         "max_wrinkle_height_mm": float(flange.max(initial=0.0)),
         "wrinkle_height_p95_mm": float(np.percentile(flange, HIGH)) if flange.size else 0.0,

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import InputError
-from knittest.base.files import replacing, resource_error
+from knittest.base.files import replace_file, resource_error
 from knittest.base.history import Body, History
 from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.strips import offsets
 from knittest.tooling.fit import Fit, Stroke, measure_fit, plan_problems
-from knittest.tooling.refit import fitting_change
+from knittest.tooling.tool_corrections import fitting_change
 from knittest.tooling.toolset import ToolSet, build_tools
 
 
@@ -33,7 +33,7 @@ class CheckedTools:
         ]
         if fit.holder is not None:
             found.append(f"smallest clearance of stamp and holder {fit.holder.size:.3g} mm")
-        return [*found, *(f"warning: {text}" for text in fit.doubts)]
+        return [*found, *(f"warning: {text}" for text in fit.fit_warnings)]
 
     def as_json(self) -> dict[str, Any]:
         """Numbers for a program."""
@@ -59,18 +59,18 @@ def measured_tools(run: FormingRun, thickness: float) -> CheckedTools:
         return CheckedTools(tools, measure_fit(tools, stroke))
     except InputError as error:
         if problems := plan_problems(tools, stroke):
-            raise InputError(_misfits(run, tools, stroke, [f"{error}.", *problems])) from None
+            raise InputError(_misfit_message(run, tools, stroke, [f"{error}.", *problems])) from None
         raise
 
 
 def fitting_tools(run: FormingRun, thickness: float) -> CheckedTools:
     """Tools of ``run``; raises :class:`InputError` where they do not fit, with a remedy."""
     found = measured_tools(run, thickness)
-    refuse_misfits(run, found)
+    check_tool_fit(run, found)
     return found
 
 
-def refuse_misfits(run: FormingRun, found: CheckedTools) -> None:
+def check_tool_fit(run: FormingRun, found: CheckedTools) -> None:
     """Raise :class:`InputError` for tools of ``run`` that do not fit, with a remedy."""
     fit = found.fit
     if not fit.problems:
@@ -83,10 +83,10 @@ def refuse_misfits(run: FormingRun, found: CheckedTools) -> None:
         if opening.stl is None and missing > 0.0:
             enough = ceil(10.0 * (opening.clearance + missing)) / 10.0
             problems.append(f"Set rig.{name}.clearance to at least {enough:.1f} mm.")
-    raise InputError(_misfits(run, found.tools, stroke_of(run, fit.thickness), problems))
+    raise InputError(_misfit_message(run, found.tools, stroke_of(run, fit.thickness), problems))
 
 
-def _misfits(run: FormingRun, tools: ToolSet, stroke: Stroke, problems: list[str]) -> str:
+def _misfit_message(run: FormingRun, tools: ToolSet, stroke: Stroke, problems: list[str]) -> str:
     files = {name: tool.stl.path for name, tool in tools.by_name.items() if tool.stl is not None}
     what = ", ".join(f"rig.{name}.stl.path = {path}" for name, path in files.items()) or "rig.stamp, rig.die"
     parts = [f"{what}: the tools do not fit each other.", *problems]
@@ -108,7 +108,7 @@ def stroke_of(run: FormingRun, thickness: float) -> Stroke:
 
 def check_tools(run: FormingRun, folder: Path) -> tuple[list[str], dict[str, Any]]:
     """Check and draw the tools of ``run`` for ``knittest check``; raises :class:`InputError` where they do not fit."""
-    from knittest.base.figure import Stamp, stamped
+    from knittest.base.figure import Stamp, use_stamp
     from knittest.base.files import make_folder
     from knittest.laboratory.forming.pictures import tools_picture
     from knittest.laboratory.report_base import size_of
@@ -118,10 +118,10 @@ def check_tools(run: FormingRun, folder: Path) -> tuple[list[str], dict[str, Any
     make_folder(folder)
     path = folder / "tools.png"
     title = "Tools of forming" + (", which do not fit each other" if found.fit.problems else "")
-    with stamped(Stamp((f"for {run.fabric.name}, {thickness:g} mm thick", *size_of(run)))):
+    with use_stamp(Stamp((f"for {run.fabric.name}, {thickness:g} mm thick", *size_of(run)))):
         tools_picture(path, found.tools, found.fit, stroke_of(run, thickness), title=title)
     try:
-        refuse_misfits(run, found)
+        check_tool_fit(run, found)
     except InputError as error:
         raise InputError(f"{error} Section: {path}") from None
     return [*found.lines, f"section: {path}"], {**found.as_json(), "picture": str(path)}
@@ -139,7 +139,7 @@ def write_tools(tools: ToolSet, folder: Path) -> list[Path]:
     for name, tool in tools.by_name.items():
         mesh = meshio.Mesh(tool.solid.points, [("triangle", tool.solid.triangles)])
         paths.append(folder / f"{name}.stl")
-        with replacing(paths[-1]) as temporary:
+        with replace_file(paths[-1]) as temporary:
             meshio.write(temporary, mesh, file_format="stl", binary=True)
     return paths
 

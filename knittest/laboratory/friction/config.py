@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from knittest.base.files import data_dir
 from knittest.base.kinds import Stated
 from knittest.config.base import Kernel, number
-from knittest.config.loading import own_fields
+from knittest.config.loading import rig_default_paths
 from knittest.config.rigs import StripRig, check_friction_order
 from knittest.config.run import Run
 from knittest.experiment.origin import Origin, assumed_friction
@@ -89,10 +89,10 @@ class FrictionOrigin(Origin[FrictionRun]):
         """Coefficients of the other direction, or of the paper's fabrics."""
         return assumed_friction(run)
 
-    def gave(self, run: FrictionRun, path: Path) -> str:
+    def given_curve_part(self, run: FrictionRun, path: Path) -> str:
         """Coefficients of the fabric's own friction tests, which its file gives to the rig."""
         own, kind = run.fabric.experiment, run.rig.kind
-        fields = own_fields(run.fabric.rigs.get(kind, {}), kind, run.rig.direction)
+        fields = rig_default_paths(run.fabric.rigs.get(kind, {}), kind, run.rig.direction)
         if own is None or "kinetic_coefficient" not in fields:
             return ""
         of_its_own = path.resolve().is_relative_to((data_dir() / own).resolve())

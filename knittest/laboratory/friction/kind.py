@@ -1,6 +1,6 @@
 """Record of the friction test."""
 
-from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.base.kinds import STRIPS, Regression, RegressionRuns, TestKind
 
 #: strip of yarns for the quick level of the regression: two thirds of the plates under the same pressure. On half of
 #: that the normal force is off by more than 1 % when a course leaves them
@@ -59,11 +59,15 @@ KIND = TestKind(
     regression=Regression(
         rows=("mu_paper",),
         runs=(
-            Regressed(1, "quick", "meso", "quick", (("1", "warp"), ("2", "warp")), (*_SHORT, "rig.travel=5"), "96mm"),
-            Regressed(1, "quick", "meso", "quick", (("1", "weft"), ("2", "weft")), (*_SHORT, "rig.travel=6"), "96mm"),
-            Regressed(6, "quick", "macro", "quick", STRIPS),
-            Regressed(3, "full", "meso", "paper", (("1", "warp"),)),
-            Regressed(7, "full", "macro", "paper", (("1", "warp"), ("2", "warp"))),
+            RegressionRuns(
+                1, "quick", "meso", "quick", (("1", "warp"), ("2", "warp")), (*_SHORT, "rig.travel=5"), "96mm"
+            ),
+            RegressionRuns(
+                1, "quick", "meso", "quick", (("1", "weft"), ("2", "weft")), (*_SHORT, "rig.travel=6"), "96mm"
+            ),
+            RegressionRuns(6, "quick", "macro", "quick", STRIPS),
+            RegressionRuns(3, "full", "meso", "paper", (("1", "warp"),)),
+            RegressionRuns(7, "full", "macro", "paper", (("1", "warp"), ("2", "warp"))),
         ),
         # a step changed by 1e-9 of itself moves numbers of yarns by 0.9 %, the curve by 1.3 % and the largest pressure
         # of a cell by 19 %, because single loops at the edges of variant 1 let go sooner or later

@@ -8,16 +8,16 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.experiment import lab_shear as checks
-from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH, common
-from knittest.experiment.lab_recording import Origin, Recording, reader
+from knittest.experiment.lab_conditions import NORMAL_FORCE, PLATE_LENGTH, PLATE_WIDTH, common_value
+from knittest.experiment.lab_recording import Origin, Recording, make_reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest, Rigs
-from knittest.experiment.lab_units import plain
+from knittest.experiment.lab_units import round_number
 from knittest.experiment.statistics import Array, band
 from knittest.laboratory.friction.config import FrictionRig
 
 #: length of strip outside the plates besides the travel [mm]
-STICKS_OUT = 40.0
+FREE_LENGTH = 40.0
 #: last share of the travel, whose mean force is the kinetic one; the largest before it is the static one: as in a run
 KINETIC_SHARE = 0.5
 #: travel of a test [mm], and Coulomb coefficient of one face
@@ -29,7 +29,7 @@ UNITS = {"pull_force_static_n": "N", "pull_force_kinetic_n": "N", "mu_paper": "1
 
 
 @dataclass(frozen=True)
-class Rubbed(Origin):
+class FrictionSpecimen(Origin):
     """Travel [mm] and pull force [N] of a strip, (n,); ``sizes``: normal force [N], length and width [mm] of plates."""
 
     travel: Array
@@ -50,40 +50,40 @@ class Rubbed(Origin):
         return float(self.largest[self.travel <= (1.0 - KINETIC_SHARE) * self.travel[-1]].max())
 
 
-def _rubbed(r: Recording) -> Rubbed:
-    origin, given, (normal, long, wide) = r.read(), r.given, r.needed(*SIZES)
+def _read_specimen(r: Recording) -> FrictionSpecimen:
+    origin, given, (normal, long, wide) = r.read(), r.given, r.require(*SIZES)
     force = r.values["force"] if "force" in r.values else r.values["coefficient"] * normal
-    travel = checks.drawn(r.travel(), given.sign)
+    travel = checks.to_rising_travel(r.travel(), given.sign)
     rows, _ = checks.first_loading(travel)
-    way_out = checks.pulled(force[: rows[-1] + 1], given.sign, r.where)
+    way_out = checks.to_tension_force(force[: rows[-1] + 1], given.sign, r.where)
     travel, force, largest = travel[rows] - travel[0], way_out[rows], np.maximum.reduceat(way_out, rows)
     if len(travel) < 3 or not TRAVELS[0] <= travel[-1] <= TRAVELS[1]:
         raise InputError(
             f"{r.where}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm; expected at least 3, over "
             f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
         )
-    free = checks.tared(force, given.preload, r.where)
+    free = checks.remove_preload(force, given.preload, r.where)
     if "coefficient" in r.values:
         faces = "both faces together" if given.faces == 2 else "one face"
         origin["notes"] += (
             f"coefficient of friction: read as pull force over normal force, F_R/F_N, of {faces} (--faces)",
         )
-    return Rubbed(
+    return FrictionSpecimen(
         **origin, travel=travel, force=free, largest=largest + (free[0] - force[0]),
         sizes=(normal, long, wide), faces=given.faces,
     )  # fmt: skip
 
 
-def _results(strips: Sequence[Rubbed]) -> Results:
+def _results(strips: Sequence[FrictionSpecimen]) -> Results:
     """Pull forces and coefficients; forces of a strip that rubs on one face are those of another test."""
-    sizes = [(what, common(what, [s.sizes[k] for s in strips], strips)) for k, what in enumerate(SIZES)]
+    sizes = [(what, common_value(what, [s.sizes[k] for s in strips], strips)) for k, what in enumerate(SIZES)]
     static, kinetic = np.array([[s.static, s.kinetic] for s in strips]).T
     faces, normal = strips[0].faces, np.array([s.sizes[0] for s in strips])
     at_rest, per_face = (force / (faces * normal) for force in (static, kinetic))  # F_R / (faces F_N)
     for s, force, mu in zip(strips, kinetic, per_face, strict=True):
         text = f"a pull force of {force:.4g} N under {s.sizes[0]:g} N is a coefficient of {mu:.4g} per face"
         checks.refuse_implausible(s, mu, COEFFICIENTS, text, "", force)
-    checks.refuse_apart(strips, per_face, "coefficient of a face", "")
+    checks.refuse_outliers(strips, per_face, "coefficient of a face", "")
     found = {"mu_paper": 2.0 * per_face, KINETIC: per_face, STATIC: at_rest}
     if faces == 2:
         scale = sizes[0][1] / normal
@@ -115,7 +115,7 @@ def _rig(test: dict[str, Any]) -> dict[str, float]:
         "plate_width": sizes[PLATE_WIDTH.key],
     }  # fmt: skip
     if found["plate_length"] + usual.travel >= usual.length:
-        found["length"] = found["plate_length"] + usual.travel + STICKS_OUT
+        found["length"] = found["plate_length"] + usual.travel + FREE_LENGTH
     if found["plate_width"] < usual.width:
         found["width"] = found["plate_width"]
     return found
@@ -126,11 +126,12 @@ def _rigs(rubbed: Rigs) -> Rigs:
     fields = ("static_coefficient", "kinetic_coefficient")
     forming: dict[str, Any] = {d: {field: one[field] for field in fields} for d, one in rubbed.items()}
     if len(rubbed) > 1:
-        forming = {field: plain(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in fields}
+        forming = {field: round_number(sum(one[field] for one in rubbed.values()) / len(rubbed)) for field in fields}
     return {"friction": dict(rubbed), "forming": forming}
 
 
 LAB = LabTest(
-    "friction", reader([("force", "coefficient"), ("travel",)], "a pull force and a travel", _rubbed), _results, SIZES,
+    "friction",
+    make_reader([("force", "coefficient"), ("travel",)], "a pull force and a travel", _read_specimen), _results, SIZES,
     ("sign", "preload", "faces"), _rig, more_rigs=_rigs,
 )  # fmt: skip

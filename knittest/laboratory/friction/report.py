@@ -9,15 +9,15 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.figure import GREY, new_figure, save
 from knittest.base.history import Array, Body, Specimen
-from knittest.experiment.conditions import same
+from knittest.experiment.conditions import values_agree
 from knittest.experiment.curves import ReferenceCurve
-from knittest.experiment.tables import PublishedValue, left_out, with_note
+from knittest.experiment.tables import PublishedValue, rejected_row_lines, with_note
 from knittest.export.line_picture import Level
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.friction.rig import KINETIC_SHARE, PLATES, plates, pressure_map, pull_axis
 from knittest.laboratory.friction.test import FORCE_TOLERANCE, PENETRATION_TOLERANCE, map_cell
-from knittest.laboratory.given_data import imported_corridor
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, NoSize, title_of
+from knittest.laboratory.reference_curves import imported_corridor
+from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, QualityCheck, SizeFreeReport, title_of
 from knittest.laboratory.strips import offsets, two_plates
 
 #: lengths of the picture [inch]: a map across, what lies left and right of it, above and below both, above each
@@ -62,13 +62,13 @@ def pressure_picture(
     save(figure, path)
 
 
-class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
+class FrictionReport(SizeFreeReport[FrictionRun], FabricReport[FrictionRun]):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes(
         "displacement_mm", "pull_force_n", "travel of the clamp [mm]", "pull force [N]", reach="rig.travel"
     )
-    placed_by = ("lower_face_mm", "upper_face_mm")
+    placement_facts = ("lower_face_mm", "upper_face_mm")
 
     def scaled(self, run: FrictionRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Pull forces under the run's normal force, by Coulomb's law; half of F_R/F_N for a missing mu_per_face."""
@@ -77,7 +77,7 @@ class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
             tested = row.conditions.normal_force_n
             if not row.quantity.startswith("pull_force"):
                 found.append(row)
-            elif tested and same(tested, normal):
+            elif tested and values_agree(tested, normal):
                 forces.append(row)
             elif tested:
                 scaled = replace(row, mean=row.mean * normal / tested, sd=row.sd * normal / tested)
@@ -91,18 +91,18 @@ class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
         """Pull forces of a table that states no normal force."""
         unknown = "under an unknown normal force (no row normal_force_n)"
         forces = [row for row in rows if row.quantity.startswith("pull_force")]
-        return left_out((row, "" if row.conditions.normal_force_n else unknown) for row in forces)
+        return rejected_row_lines((row, "" if row.conditions.normal_force_n else unknown) for row in forces)
 
-    def matched(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
+    def scale_curve(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
         """``curve``; raises :class:`InputError` for one under another or an unknown normal force."""
         normal, tested = run.rig.normal_force_n, curve.conditions.normal_force_n
-        if tested is None or not same(tested, normal):
+        if tested is None or not values_agree(tested, normal):
             stated = "an unknown normal force" if tested is None else f"{tested:g} N"
             raise InputError(
                 f"{curve.file or curve.source}: {curve.y_name} under {stated}, in the run under {normal:g} N: set "
                 "rig.normal_force to that of the test, stated by '# normal_force_n: ...' in the header (--normal-force)"
             )
-        return super().matched(run, curve)
+        return super().scale_curve(run, curve)
 
     def levels(self, run: FrictionRun) -> list[Level]:
         """Coulomb's levels of two faces."""
@@ -113,12 +113,12 @@ class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
             Level(2.0 * mu * force, f"two faces, {name}: 2 x {mu:.4g} x {force:g} N") for name, mu in by_name.items()
         ]
 
-    def gates(self, run: FrictionRun) -> list[Gate]:
+    def gates(self, run: FrictionRun) -> list[QualityCheck]:
         """Standard checks, normal force and penetration of the plates."""
         return [
             *super().gates(run),
-            Gate("normal force off", "results", "normal_force_error_pct", FORCE_TOLERANCE),
-            Gate(
+            QualityCheck("normal force off", "results", "normal_force_error_pct", FORCE_TOLERANCE),
+            QualityCheck(
                 "plate penetration over element deformation", "results", "penetration_over_deformation_pct",
                 PENETRATION_TOLERANCE,
             ),
@@ -127,9 +127,9 @@ class FrictionReport(NoSize[FrictionRun], FabricReport[FrictionRun]):
     def reference_curve(self, run: FrictionRun) -> ReferenceCurve | None:
         """Corridor of the fabric's own strips under the same normal force."""
         curve = imported_corridor(run)
-        if curve is None or not same(curve.conditions.normal_force_n or 0.0, run.rig.normal_force_n):
+        if curve is None or not values_agree(curve.conditions.normal_force_n or 0.0, run.rig.normal_force_n):
             return None
-        return self.matched(run, curve)
+        return self.scale_curve(run, curve)
 
     def tables(self, run: FrictionRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """pressure.csv of the first specimen."""

@@ -11,7 +11,7 @@ import numpy as np
 from knittest.base.history import Array, History, Mesh
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.friction.config import FrictionRig, FrictionRun
-from knittest.laboratory.strips import AXIS, creeping
+from knittest.laboratory.strips import AXIS, creep_speed
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import plate, ramp
 
@@ -36,7 +36,7 @@ class FrictionTest(TestRig):
         self.ring_length = self.rig.length_mm
         speed = run.solver.speed_mm_per_ms
         full = PRESSED + 0.5 * run.solver.ramp_ms + CREEP / (CREEP_SHARE * speed)
-        self.pull = creeping(-speed, CREEP_SHARE, run.solver.ramp_ms, PRESSED, full)
+        self.pull = creep_speed(-speed, CREEP_SHARE, run.solver.ramp_ms, PRESSED, full)
         end = self.pull.time[-1]
         kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.travel_mm
         self.averaged_from = end + max(kinetic_from + self.pull.integral(end), 0.0) / speed
@@ -118,30 +118,30 @@ def pressure_map(history: History, cell: float) -> PressureMap:
     """Mean pressure in cells of side ``cell`` [mm] in the last frame; elements share the force on a node evenly."""
     mesh, position = history.mesh, history.frames[-1].position
     centre = position[mesh.cells].mean(axis=1)[:, :2]
-    forces = [_on_elements(mesh, force) for force in history.tool_force]
-    edges = [_edges(centre[:, axis], cell) for axis in (0, 1)]
+    forces = [_element_forces(mesh, force) for force in history.tool_force]
+    edges = [_cell_edges(centre[:, axis], cell) for axis in (0, 1)]
     grids = [np.histogram2d(centre[:, 0], centre[:, 1], edges, weights=f)[0] / cell**2 for f in forces]
     return PressureMap(edges[0], edges[1], np.array(grids))
 
 
-def _on_elements(mesh: Mesh, force: Array) -> Array:
+def _element_forces(mesh: Mesh, force: Array) -> Array:
     """Force of each element, (n_el,), from those of the nodes; nodes without elements carry none."""
     degree = np.bincount(mesh.cells.ravel(), minlength=len(force))
     return np.asarray((force / np.maximum(degree, 1))[mesh.cells].sum(axis=1))
 
 
-def _edges(at: Array, cell: float) -> Array:
+def _cell_edges(at: Array, cell: float) -> Array:
     low, high = float(at.min()), float(at.max())
     count = int((high - low) / cell + 1e-6) + 1
     half = 0.5 * cell * count
     return np.linspace(0.5 * (low + high) - half, 0.5 * (low + high) + half, count + 1)
 
 
-def shares(history: History) -> dict[str, float]:
+def force_shares(history: History) -> dict[str, float]:
     """Share of the plates' force [%] that each part of the mesh carries."""
     mesh = history.mesh
     total = np.zeros(len(mesh.part_names))
     for force in history.tool_force:
-        total += np.bincount(mesh.part, _on_elements(mesh, force), len(mesh.part_names))
+        total += np.bincount(mesh.part, _element_forces(mesh, force), len(mesh.part_names))
     whole = max(float(total.sum()), 1e-12)
     return {name: 100.0 * float(v) / whole for name, v in zip(mesh.part_names, total, strict=True)}

@@ -7,14 +7,14 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
-from knittest.laboratory.after_rest import after_rest
-from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
 from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.friction.config import FrictionRun
-from knittest.laboratory.friction.lab_files import STICKS_OUT
-from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, pressure_map, pull_axis, shares
-from knittest.laboratory.judging import Span, check_limit
-from knittest.laboratory.strips import along_and_across, carrying_width, cut, pitch, yarns_across
+from knittest.laboratory.friction.lab_files import FREE_LENGTH
+from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, force_shares, pressure_map, pull_axis
+from knittest.laboratory.quality_checks import Span, check_limit
+from knittest.laboratory.restart import history_from_time
+from knittest.laboratory.strips import carrying_width, cut_piece, pitch, wale_course_counts, yarns_across
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.state import Observer, SimulationCost
@@ -30,7 +30,7 @@ class Friction(FabricTest[FrictionRun]):
 
     lowers_speed = True
 
-    def refuse(self, run: FrictionRun) -> None:
+    def check_run(self, run: FrictionRun) -> None:
         """Raise :class:`InputError` for plates that do not cover the strip, or that cover the pulled end."""
         rig = run.rig
         if rig.plate_width < rig.width:
@@ -41,10 +41,10 @@ class Friction(FabricTest[FrictionRun]):
             raise InputError(
                 f"rig.plate_length = {rig.plate_length:g} mm and rig.travel = {rig.travel:g} mm: their sum must be "
                 f"less than rig.length = {rig.length:g} mm, so that the pulled end stays outside the plates; use "
-                f"--set rig.length={rig.plate_length + rig.travel + STICKS_OUT:g}"
+                f"--set rig.length={rig.plate_length + rig.travel + FREE_LENGTH:g}"
             )
 
-    def mount_shells(self, run: FrictionRun, specimen: int) -> Prepared:
+    def mount_shells(self, run: FrictionRun, specimen: int) -> PreparedSpecimen:
         """Make the strip of shells: the model of the tensile strip, its clamps being its first and last row."""
         rig, size = run.rig, run.model.macro.element_size_mm
         if rig.length_mm < LEAST_SHELLS * size:
@@ -58,25 +58,25 @@ class Friction(FabricTest[FrictionRun]):
         half = 0.5 * run.fabric.thickness_mm
         test = FrictionTest(run, pull_axis(run), (-half, half), np.full(model.n_nodes, half))
         facts = {"width_mm": rig.width_mm, "area_mm2": rig.length_mm * rig.width_mm} | test.facts
-        return Prepared(model, test, facts=facts)
+        return PreparedSpecimen(model, test, facts=facts)
 
-    def mount_yarns(self, run: FrictionRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: FrictionRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the strip of whole yarns and pitches."""
         direction, period = run.rig.direction, pitch(run, run.rig.direction)
         across, along = yarns_across(run, direction, specimen), round(run.rig.length_mm / period)
-        piece = cut(run, *along_and_across(direction, along, across), specimen, observer)
+        piece = cut_piece(run, *wale_course_counts(direction, along, across), specimen, observer)
         model = build_meso(run, piece.paths, piece.draws, run.rig.membrane_share)
         z, radius = model.position()[:, 2], model.group.radius
         test = FrictionTest(run, pull_axis(run), (float((z - radius).min()), float((z + radius).max())), radius)
         width = carrying_width(run, direction, specimen)
         facts = {"yarns_across": float(across), "width_mm": width, "area_mm2": along * period * width}
-        return Prepared(model, test, yarns=piece.table, facts=facts | test.facts)
+        return PreparedSpecimen(model, test, yarns=piece.table, facts=facts | test.facts)
 
-    def finish(self, run: FrictionRun, prepared: Prepared, history: History) -> History:
+    def finish(self, run: FrictionRun, prepared: PreparedSpecimen, history: History) -> History:
         """Return energies from the pull on: those of pressing a thick strip say nothing of it."""
-        return replace(after_rest(history, PRESSED), curve=history.curve)
+        return replace(history_from_time(history, PRESSED), curve=history.curve)
 
-    def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: FrictionRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Forces, coefficients of two faces and of one, pressure, penetration over deformation."""
         curve, normal = history.curve, run.rig.normal_force_n
         late = curve["displacement_mm"] > (1.0 - KINETIC_SHARE) * run.rig.travel_mm
@@ -94,7 +94,7 @@ class Friction(FabricTest[FrictionRun]):
             **_penetrations(history),
         }
 
-    def assess(self, run: FrictionRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: FrictionRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate the standard checks, the normal force, and the penetration of the plates."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
@@ -136,7 +136,7 @@ def _pressures(run: FrictionRun, history: History, width: float) -> dict[str, fl
         "pressure_peak_mpa": float(pressure_map(history, map_cell(run)).pressure.max()),
     }
     if run.model.scale == "meso":
-        found |= {f"plate_load_on_{part}_pct": share for part, share in shares(history).items()}
+        found |= {f"plate_load_on_{part}_pct": share for part, share in force_shares(history).items()}
     return found
 
 

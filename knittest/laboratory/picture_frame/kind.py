@@ -1,6 +1,6 @@
 """Record of the picture frame test."""
 
-from knittest.base.kinds import SHEETS, Regressed, Regression, TestKind
+from knittest.base.kinds import SHEETS, Regression, RegressionRuns, TestKind
 from knittest.laboratory.records import CROSSINGS, LOOPS, labels_at
 
 #: shear angles at which forces are compared [deg]
@@ -68,12 +68,12 @@ KIND = TestKind(
     # its buckles by 0.8 % (two to four such runs); at least twice that is allowed
     regression=Regression(
         runs=(
-            Regressed(3, "quick", "meso", "quick", SHEETS, ("rig.side=20",), "20mm", enlarges=True),
-            Regressed(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "gripping", True),
-            Regressed(4, "quick", "macro", "quick", SHEETS, enlarges=True),
-            Regressed(1, "full", "meso", "paper", (("1", None),)),
-            Regressed(3, "full", "meso", "quick", (("1", None), ("2", None)), _SLOW, "50mm", "gripping"),
-            Regressed(5, "full", "macro", "paper", (("1", None),), enlarges=True),
+            RegressionRuns(3, "quick", "meso", "quick", SHEETS, ("rig.side=20",), "20mm", enlarges=True),
+            RegressionRuns(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "gripping", True),
+            RegressionRuns(4, "quick", "macro", "quick", SHEETS, enlarges=True),
+            RegressionRuns(1, "full", "meso", "paper", (("1", None),)),
+            RegressionRuns(3, "full", "meso", "quick", (("1", None), ("2", None)), _SLOW, "50mm", "gripping"),
+            RegressionRuns(5, "full", "macro", "paper", (("1", None),), enlarges=True),
         ),
         drift={"meso": (0.01, 0.03, 0.03)},
         buckled=("material_shear_angle_sd_deg_at_40deg", "wrinkle_amplitude_mm_at_40deg"),

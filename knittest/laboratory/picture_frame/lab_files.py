@@ -14,9 +14,17 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.experiment import lab_shear as shear
-from knittest.experiment.lab_conditions import CYCLE_ANGLE, CYCLES, FABRIC_SIDE, FRAME_SIDE, SAME, Condition, common
-from knittest.experiment.lab_recording import Recording, reader
-from knittest.experiment.lab_results import SHEAR, Results, Tests, counted, table_lines
+from knittest.experiment.lab_conditions import (
+    CYCLE_ANGLE,
+    CYCLES,
+    FABRIC_SIDE,
+    FRAME_SIDE,
+    SAME,
+    Condition,
+    common_value,
+)
+from knittest.experiment.lab_recording import Recording, make_reader
+from knittest.experiment.lab_results import SHEAR, Results, Tests, count_text, table_lines
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Array, Corridor
 from knittest.laboratory.picture_frame.test import Cycle, cycles_of
@@ -30,63 +38,63 @@ LAW = (
     "# conjugate to the shear angle, per reference area; mean of the specimens over 1 deg, from the origin, not falling"
 )
 #: unloading, as a share of the largest angle, from which on a frame has turned
-TURNED = 0.1
+TURN_SHARE = 0.1
 #: difference of two angles at which cycles turn, as a share, that does not matter: twice as much work
 SAME_TURN = 0.01
 #: step [deg] over which the force is averaged where it is gone
-GONE_STEP = 0.25
+UNLOADING_STEP = 0.25
 #: share of its work by which a loop may give back more than it took: rounding, noise
-GIVEN_BACK = 0.01
+GIVEN_BACK_SHARE = 0.01
 WORK, LOSS, SHARE = "cycle_work_mj", "cycle_loss_mj", "cycle_loss_share_pct"
 RESIDUAL, LAST = "cycle_residual_angle_deg", "last_cycle_loss_share_pct"
 UNITS = {WORK: "mJ", LOSS: "mJ", SHARE: "%", RESIDUAL: "deg", LAST: "%"}
-ROWS_OF_A_RUN = tuple(UNITS)
+CYCLE_QUANTITIES = tuple(UNITS)
 HEADS = {WORK: "work [mJ]", LOSS: "loss [mJ]", SHARE: "loss [%]", RESIDUAL: "gone at [deg]", LAST: "last loss [%]"}
 
 
 @dataclass(frozen=True)
-class Frame(shear.Sheared):
+class FrameSpecimen(shear.ShearLoading):
     """Specimen with sides [mm] of frame and fabric, and ``cycles`` that ``turn`` [deg], or why ``not_cycled``."""
 
     frame_side: float
     fabric_side: float
     cycles: Sequence[Cycle] = ()
     turn: float = float("nan")
-    not_cycled: str = ""
+    cycle_problem: str = ""
 
     @property
-    def normalised(self) -> Array:
+    def normalised_force(self) -> Array:
         """Normalised shear force [N/mm], (n,)."""
         sides = self.fabric_side, self.frame_side
         return np.asarray(trellis.normalised_force(self.force, np.deg2rad(self.angle), *sides))
 
 
-def _frame(r: Recording) -> Frame:
+def _read_specimen(r: Recording) -> FrameSpecimen:
     """Read a shear angle, or convert the displacement to one by the frame's side."""
-    origin, loading, (side, fabric) = r.read(), r.given.loading, r.needed(FRAME_SIDE, FABRIC_SIDE)
+    origin, loading, (side, fabric) = r.read(), r.given.loading, r.require(FRAME_SIDE, FABRIC_SIDE)
     if fabric > side * (1.0 + SAME):
         raise InputError(f"{r.path}: fabric side {fabric:g} mm exceeds the frame side {side:g} mm: exchange the two")
-    tested = shear.Tested(
+    tested = shear.ShearSetup(
         NAME, lambda travel: trellis.frame_angle(travel, side), (2.0 - 2.0**0.5) * side, f"a frame of {side:g} mm",
         "the frame square", FRAME_SIDE.option,
     )  # fmt: skip
     sheared, (angle, force) = shear.shear_curve(r, tested)
-    one = Frame(**origin, **sheared, frame_side=side, fabric_side=fabric)
+    one = FrameSpecimen(**origin, **sheared, frame_side=side, fabric_side=fabric)
     if loading == "first" or (loading is None and not one.turned):
         return one
     try:
-        cycles, turns = cycles_in(angle, force, side, r.where), angle[_turns(angle)[1::2]]
+        cycles, turns = cycles_in(angle, force, side, r.where), angle[_turn_rows(angle)[1::2]]
         return replace(one, cycles=cycles, turn=float(turns.mean()))
     except InputError as error:
         if loading is None:
-            return replace(one, not_cycled=str(error))
+            return replace(one, cycle_problem=str(error))
         raise
 
 
 def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle]:
     """Cycles of a frame of ``side`` [mm], by its shear angle [deg] and crosshead force [N] at all rows, (n,) each."""
-    turns = _turns(angle)
-    _refuse_open(angle, force, turns, where)
+    turns = _turn_rows(angle)
+    _check_closed_cycles(angle, force, turns, where)
     rows = []
     for start, end in pairwise(turns):  # what goes beyond all before
         way = angle[start : end + 1] * np.sign(angle[end] - angle[start])
@@ -98,19 +106,19 @@ def cycles_in(angle: Array, force: Array, side: float, where: str) -> list[Cycle
     }  # fmt: skip
     found = cycles_of(curve, (len(turns) - 1) // 2)
     worst = min(found, key=lambda one: one.loss)
-    if not worst.work > 0.0 or worst.loss < -GIVEN_BACK * worst.work:
+    if not worst.work > 0.0 or worst.loss < -GIVEN_BACK_SHARE * worst.work:
         raise InputError(
             f"{where}: cycle {found.index(worst) + 1} takes {worst.work:.4g} mJ and returns "
             f"{worst.work - worst.loss:.4g} mJ, expected less: check the sign of the force and the subtracted force of "
             "the empty frame"
         )
     back = slice(turns[1], turns[2] + 1)
-    return [replace(found[0], residual=gone_at(angle[back], force[back])), *found[1:]]
+    return [replace(found[0], residual=force_free_angle(angle[back], force[back])), *found[1:]]
 
 
-def gone_at(angle: Array, force: Array) -> float:
-    """Angle [deg] of unloading where the ``force`` is gone, between means over :data:`GONE_STEP`, or nan."""
-    step = np.floor((angle.max() - angle) / GONE_STEP).astype(int)
+def force_free_angle(angle: Array, force: Array) -> float:
+    """Angle [deg] of unloading where the ``force`` is gone, between means over :data:`UNLOADING_STEP`, or nan."""
+    step = np.floor((angle.max() - angle) / UNLOADING_STEP).astype(int)
     count = np.bincount(step)
     at, pull = (np.bincount(step, values)[count > 0] / count[count > 0] for values in (angle, force))
     gone = np.flatnonzero(pull <= 0.0)
@@ -120,9 +128,9 @@ def gone_at(angle: Array, force: Array) -> float:
     return float(np.interp(0.0, pull[[k, k - 1]], at[[k, k - 1]])) if k else float(at[0])
 
 
-def _turns(angle: Array) -> list[int]:
+def _turn_rows(angle: Array) -> list[int]:
     """Rows of the start, of all turns, and of the end."""
-    least = TURNED * float(angle.max())
+    least = TURN_SHARE * float(angle.max())
     found, last, sign = [0], 0, 1.0
     for row, value in enumerate(angle):
         ahead = sign * (value - angle[last])
@@ -134,7 +142,7 @@ def _turns(angle: Array) -> list[int]:
     return [*found, last]
 
 
-def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> None:
+def _check_closed_cycles(angle: Array, force: Array, turns: list[int], where: str) -> None:
     """Raise :class:`InputError` unless every loading from 0 to one angle has its unloading to 0."""
     tops, bottoms = turns[1::2], turns[2::2]
     if abs(angle[0]) > shear.SQUARE:
@@ -157,7 +165,9 @@ def _refuse_open(angle: Array, force: Array, turns: list[int], where: str) -> No
         )
 
 
-def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], list[tuple[Condition, float]]]:
+def _cycle_rows(
+    frames: Sequence[FrameSpecimen], fabric: float
+) -> tuple[dict[str, Array], list[tuple[Condition, float]]]:
     """Rows of cycles, for a square of ``fabric`` [mm] with whose area work grows, and conditions; none without."""
     first = next((s for s in frames if s.cycles), None)
     if first is None:
@@ -165,7 +175,7 @@ def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], li
     alone = "use --loading first for the first loading alone, or import them separately"
     for s in frames:
         if len(s.cycles) != len(first.cycles):
-            reason = f" ({s.not_cycled})" if s.not_cycled else ""
+            reason = f" ({s.cycle_problem})" if s.cycle_problem else ""
             others = f"specimen {first.name} has {len(first.cycles)}"
             raise InputError(f"{s.where}: {len(s.cycles)} cycles{reason}, {others}: {alone}")
         if abs(s.turn - first.turn) > SAME_TURN * first.turn:
@@ -180,11 +190,11 @@ def _loops(frames: Sequence[Frame], fabric: float) -> tuple[dict[str, Array], li
     return rows, [(CYCLES, float(len(first.cycles))), (CYCLE_ANGLE, float(np.mean([s.turn for s in frames])))]
 
 
-def _loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]:
+def _cycle_lines(frames: Sequence[FrameSpecimen], rows: Mapping[str, Array]) -> list[str]:
     """Largest angle of each specimen, what is left out, and a table of the ``rows`` of cycles."""
     lines = []
     for one in frames:
-        reason = f"; no cycle: {one.not_cycled.rpartition(f'specimen {one.name}: ')[2]}" if one.not_cycled else ""
+        reason = f"; no cycle: {one.cycle_problem.rpartition(f'specimen {one.name}: ')[2]}" if one.cycle_problem else ""
         left = f", then unloads: first loading only{reason}" if one.turned and not one.cycles else ""
         lines.append(f"{one.name}: up to {one.angle[-1]:.3g} deg{left}")
     if rows:
@@ -194,13 +204,13 @@ def _loop_lines(frames: Sequence[Frame], rows: Mapping[str, Array]) -> list[str]
     return lines
 
 
-def _results(frames: Sequence[Frame]) -> Results:
+def _results(frames: Sequence[FrameSpecimen]) -> Results:
     """Crosshead forces [N] and normalised forces [N/mm] at angles, rows of cycles, and a law for ``macro.shear``."""
-    side = common(FRAME_SIDE, [s.frame_side for s in frames], frames)
-    fabric = common(FABRIC_SIDE, [s.fabric_side for s in frames], frames)
+    side = common_value(FRAME_SIDE, [s.frame_side for s in frames], frames)
+    fabric = common_value(FABRIC_SIDE, [s.fabric_side for s in frames], frames)
     normalised, digests = shear.shear_forces(frames)
     forces = {a: trellis.crosshead_of_normalised(v, np.deg2rad(a), fabric, side) for a, v in normalised.items()}
-    rows, conditions = _loops(frames, fabric)
+    rows, conditions = _cycle_rows(frames, fabric)
     curves = shear.shear_curves(frames, "shear angle")
     law: dict[str, Array] = dict(zip((ANGLE, CONJUGATE), shear_law(curves.band), strict=True))
     remark = "forces must be those of the fabric alone: subtract the force of the empty frame before"
@@ -208,7 +218,7 @@ def _results(frames: Sequence[Frame]) -> Results:
     return Results(
         found, units | UNITS, [(FRAME_SIDE, side), (FABRIC_SIDE, fabric), *conditions],
         ("frame", f"of {side:g} mm, fabric of {fabric:g} mm"), digests,
-        [(f"{a:g} deg [N]", ".4g", values) for a, values in forces.items()], [*_loop_lines(frames, rows), remark],
+        [(f"{a:g} deg [N]", ".4g", values) for a, values in forces.items()], [*_cycle_lines(frames, rows), remark],
         replace(curves, more={SHEAR: (law, [LAW])}),
     )  # fmt: skip
 
@@ -233,19 +243,20 @@ def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     test, curve = tests[NAME], (place / NAME / SHEAR).as_posix()
     side, fabric = (test["conditions"][what.key] for what in (FRAME_SIDE, FABRIC_SIDE))
     count = next(found["n"] for name, found in test.items() if name.startswith("shear_force_n_at_deg"))
-    ref = f"{counted(count, 'picture frame')} of {side:g} mm, fabric of {fabric:g} mm"
+    ref = f"{count_text(count, 'picture frame')} of {side:g} mm, fabric of {fabric:g} mm"
     return {"macro": {"shear": {"kind": "table", "curve": curve, "source": "measured", "ref": ref}}}
 
 
 def _rig(test: dict[str, Any]) -> dict[str, float]:
     side, fabric = (test["conditions"][what.key] for what in (FRAME_SIDE, FABRIC_SIDE))
-    return {"side": fabric, "frame_side": max(side, fabric), **shear.reached(test)}
+    return {"side": fabric, "frame_side": max(side, fabric), **shear.max_angle_field(test)}
 
 
 LAB = LabTest(
     NAME,
-    reader(
-        [("force",), ("angle", "travel", "extensometer")], "a force and a shear angle or a displacement", _frame,
+    make_reader(
+        [("force",), ("angle", "travel", "extensometer")], "a force and a shear angle or a displacement",
+        _read_specimen,
         own=("cyclic",),
     ),
     _results, (FRAME_SIDE, FABRIC_SIDE), ("sign", "zero", "preload", "loading"), _rig, _fabric,

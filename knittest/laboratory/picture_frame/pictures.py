@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREY, dress, new_figure, save
+from knittest.base.figure import BLUE, GREY, new_figure, save, style_axes
 from knittest.base.history import Array
-from knittest.export.field_pictures import SIGNED, shear_field, symmetric
+from knittest.export.field_pictures import SIGNED, draw_shear_field, symmetric_colours
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,7 +107,7 @@ def _levels(most: float) -> Array:
 #: lengths of the picture [inch]: curves and plane, what lies between and around them
 SHEAR_TALL, CURVE, SHEAR_LEFT, GAP, SHEAR_RIGHT, AROUND = 4.3, 4.4, 0.8, 0.85, 1.1, 1.2
 #: share of the material within the colours [%]
-SPANNED = 99.5
+SCALE_PERCENTILE = 99.5
 
 
 def shear_picture(
@@ -119,12 +119,12 @@ def shear_picture(
     figure = new_figure(SHEAR_LEFT + CURVE + GAP + wide + SHEAR_RIGHT, SHEAR_TALL + AROUND)
     width, height = figure.get_size_inches()
     axes = figure.add_axes((SHEAR_LEFT / width, 0.65 / height, CURVE / width, SHEAR_TALL / height))
-    dress(axes)
-    _over_angle(axes, table)
+    style_axes(axes)
+    _draw_over_angle(axes, table)
     figure.text(SHEAR_LEFT / width, 1.0 - 0.3 / height, title, fontsize=12)
     plane = figure.add_axes(((SHEAR_LEFT + CURVE + GAP) / width, 0.65 / height, wide / width, SHEAR_TALL / height))
-    norm, cut = symmetric(difference, SPANNED)
-    drawn = shear_field(plane, places, difference, SIGNED, norm)
+    norm, cut = symmetric_colours(difference, SCALE_PERCENTILE)
+    drawn = draw_shear_field(plane, places, difference, SIGNED, norm)
     draw_frame(plane, shape)
     plane.set_title(f"frame at {shape.angle:.1f} deg", fontsize=10, loc="left")
     cax = figure.add_axes(
@@ -134,7 +134,7 @@ def shear_picture(
     save(figure, path)
 
 
-def _over_angle(axes: "Axes", table: Mapping[str, Array]) -> None:
+def _draw_over_angle(axes: "Axes", table: Mapping[str, Array]) -> None:
     frame = table["frame_shear_angle_deg"]
     low, high = table["percentile_5_deg"] - frame, table["percentile_95_deg"] - frame
     axes.axhline(0.0, color=GREY, linestyle="--", linewidth=1.2)

@@ -10,34 +10,42 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import Array, Body, Specimen
 from knittest.experiment.conditions import EXACT
-from knittest.experiment.curves import ReferenceCurve, normalised
-from knittest.experiment.tables import PublishedValue, friction_curves, left_out, with_factors, with_note
+from knittest.experiment.curves import ReferenceCurve, normalise_force
+from knittest.experiment.tables import PublishedValue, friction_curves, rejected_row_lines, with_factors, with_note
 from knittest.export.line_picture import Band, Line, Span
 from knittest.export.yarn_pictures import PULLED, faces_picture
-from knittest.laboratory.base import unless_one
-from knittest.laboratory.given_data import matched_corridor
+from knittest.laboratory.base import nontrivial_factors
 from knittest.laboratory.picture_frame.config import PictureFrameRun
-from knittest.laboratory.picture_frame.lab_files import LAST, LOSS, ROWS_OF_A_RUN, SAME_TURN, WORK
+from knittest.laboratory.picture_frame.lab_files import CYCLE_QUANTITIES, LAST, LOSS, SAME_TURN, WORK
 from knittest.laboratory.picture_frame.pictures import FrameShape, height_picture, shear_picture
-from knittest.laboratory.picture_frame.rig import bars, starting
+from knittest.laboratory.picture_frame.rig import bars, start_up_angle
 from knittest.laboratory.picture_frame.test import (
     FRAME_SIDES,
-    MAPPED,
+    MAPPED_ANGLE,
     fabric_side,
     frame_at,
     material_scatter,
     measure_wrinkles,
 )
 from knittest.laboratory.records import Study
-from knittest.laboratory.report_base import CurveAxes, FabricReport, References, same_test, scatter, size_of, title_of
+from knittest.laboratory.reference_curves import matched_corridor
+from knittest.laboratory.report_base import (
+    CurveAxes,
+    FabricReport,
+    References,
+    check_same_test,
+    scatter_bands,
+    size_of,
+    title_of,
+)
 from knittest.laboratory.strips import angle_table, material_angles
 from knittest.materials.trellis import NORMALISED, crosshead_of_normalised
 
 
-def other_cycles(run: PictureFrameRun, row: PublishedValue) -> str:
+def cycle_mismatch(run: PictureFrameRun, row: PublishedValue) -> str:
     """Reason why the cycles of ``row`` are not those of ``run``; empty if they are, or where either has none."""
     rig, count, turn = run.rig, row.conditions.cycles, row.conditions.cycle_angle_deg
-    if row.quantity not in ROWS_OF_A_RUN or not rig.cycles:
+    if row.quantity not in CYCLE_QUANTITIES or not rig.cycles:
         return ""
     if count is None or turn is None:
         return "unknown number and angle of its cycles: expected rows cycles and cycle_angle_deg of the same variant"
@@ -51,7 +59,7 @@ def other_cycles(run: PictureFrameRun, row: PublishedValue) -> str:
     return ""
 
 
-def for_cycles(run: PictureFrameRun, row: PublishedValue) -> PublishedValue:
+def scale_cycle_row(run: PictureFrameRun, row: PublishedValue) -> PublishedValue:
     """``row`` scaled to the area of the square of ``run``, with a note on another number of cycles."""
     side = run.rig.side_mm
     count, own = row.conditions.cycles, row.conditions.fabric_side_mm
@@ -64,7 +72,7 @@ def for_cycles(run: PictureFrameRun, row: PublishedValue) -> PublishedValue:
 
 
 #: units of what grows with the square
-GROWING = ("N", "mJ")
+SIZE_UNITS = ("N", "mJ")
 NORMALISED_LABEL = r"normalised shear force $F_s L_{frame} / L_{fabric}^2$ [N/mm]"
 
 
@@ -75,38 +83,40 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
         "frame_shear_angle_deg", "shear_force_n", "shear angle of the frame [deg]", "force of the crosshead [N]",
         others=(NORMALISED,), labels={NORMALISED: NORMALISED_LABEL}, reach="rig.max_angle",
     )  # fmt: skip
-    placed_by = FRAME_SIDES
+    placement_facts = FRAME_SIDES
 
     def scaled(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Scale forces and work to the run's sides, without other cycles; raises :class:`InputError` without sides."""
         size, words = self.size(run)
         what, found = f"{fabric_side(run):.4g} mm modelled, in whole pitches", []
         for row in rows:
-            if other_cycles(run, row):
+            if cycle_mismatch(run, row):
                 continue
-            one = _for_size(row, size, words) if row.quantity.startswith("shear_force") else row
-            one = for_cycles(run, one) if row.quantity in ROWS_OF_A_RUN else one
-            found.append(with_factors(one, self.factors(run), what) if one.unit in GROWING else one)
+            one = _scale_to_size(row, size, words) if row.quantity.startswith("shear_force") else row
+            one = scale_cycle_row(run, one) if row.quantity in CYCLE_QUANTITIES else one
+            found.append(with_factors(one, self.factors(run), what) if one.unit in SIZE_UNITS else one)
         return found
 
     def factors(self, run: PictureFrameRun) -> tuple[float, ...]:
         """Area of the square over that of its whole pitches, to which forces and work are proportional."""
-        return unless_one([(run.rig.side_mm / fabric_side(run)) ** 2] * run.variability.specimens)
+        return nontrivial_factors([(run.rig.side_mm / fabric_side(run)) ** 2] * run.variability.specimens)
 
     def apart(self, run: PictureFrameRun, rows: Sequence[PublishedValue]) -> list[str]:
         """Rows of cycles up to another angle, and of the last of another number of cycles."""
-        return left_out((row, other_cycles(run, row)) for row in rows)
+        return rejected_row_lines((row, cycle_mismatch(run, row)) for row in rows)
 
-    def matched(self, run: PictureFrameRun, curve: ReferenceCurve) -> ReferenceCurve:
+    def scale_curve(self, run: PictureFrameRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Normalise by the sides of the tested frame."""
-        return normalised(same_test(run, curve))
+        return normalise_force(check_same_test(run, curve))
 
     def size(self, run: PictureFrameRun) -> tuple[float, str]:
         """L_fabric^2 / L_frame [mm], to which the force at an angle is proportional."""
         (words,) = size_of(run)
         return run.rig.side**2 / run.rig.outer_side, words
 
-    def size_free(self, run: PictureFrameRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, dict[str, Array]]:
+    def size_free_curve(
+        self, run: PictureFrameRun, columns: Mapping[str, np.ndarray]
+    ) -> tuple[CurveAxes, dict[str, Array]]:
         """The normalised force."""
         return replace(self.axes, y=NORMALISED, ylabel=NORMALISED_LABEL), dict(columns)
 
@@ -126,7 +136,7 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
     def draw_specimen(self, run: PictureFrameRun, specimen: Specimen, folder: Path) -> None:
         """Draw wrinkles.png, shear-angle.png, and deformed.png of a meso model."""
         history, title = specimen.history, title_of(run)
-        frame = frame_at(history, MAPPED)
+        frame = frame_at(history, MAPPED_ANGLE)
         found = measure_wrinkles(frame, history, run.rig.side)
         at = f"at {frame.coordinate:.1f} deg"
         note = f"{at}: amplitude {found.amplitude:.2f} mm, {found.count} crests across the pull"
@@ -147,13 +157,13 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
         """Draw the force [N], or with references the normalised force."""
         curves = references.curves
         column, label = (NORMALISED, NORMALISED_LABEL) if curves else (self.axes.y, self.axes.ylabel)
-        lines = [*self.simulated(specimens, column), *_other_friction(run, bool(curves))]
-        start_up = Span(0.0, starting(run), "start-up: the fabric's inertia")
-        bands = [*scatter(curves), *_range(curves)]
+        lines = [*self.simulated(specimens, column), *_friction_lines(run, bool(curves))]
+        start_up = Span(0.0, start_up_angle(run), "start-up: the fabric's inertia")
+        bands = [*scatter_bands(curves), *_range_bands(curves)]
         self.draw_lines(run, lines, references, path, ylabel=label, bands=bands, spans=[start_up])
 
 
-def _for_size(row: PublishedValue, size: float, words: str) -> PublishedValue:
+def _scale_to_size(row: PublishedValue, size: float, words: str) -> PublishedValue:
     fabric, frame = row.conditions.fabric_side_mm, row.conditions.frame_side_mm
     if fabric is None or frame is None:
         raise InputError(
@@ -167,7 +177,7 @@ def _for_size(row: PublishedValue, size: float, words: str) -> PublishedValue:
     return with_note(replace(row, mean=row.mean * factor, sd=row.sd * factor), note)
 
 
-def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:
+def _friction_lines(run: PictureFrameRun, as_normalised: bool) -> list[Line]:
     """Lines of the shipped sweep over yarn-yarn friction, scaled to this frame of yarns."""
     if run.model.scale != "meso":
         return []
@@ -179,7 +189,7 @@ def _other_friction(run: PictureFrameRun, as_normalised: bool) -> list[Line]:
     return lines
 
 
-def _range(curves: list[ReferenceCurve]) -> list[Band]:
+def _range_bands(curves: list[ReferenceCurve]) -> list[Band]:
     low, high = max((c.x[0] for c in curves), default=0.0), min((c.x[-1] for c in curves), default=0.0)
     if len(curves) < 2 or not high > low:
         return []

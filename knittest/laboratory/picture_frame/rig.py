@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from knittest.base.history import Array, Body, History
-from knittest.fabric.strip import turned
+from knittest.fabric.strip import rotate_to_bias
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.pictures import ARMS, WIDE
-from knittest.laboratory.strips import at_frames, plate_block
+from knittest.laboratory.strips import plate_block, values_at_frames
 from knittest.materials.trellis import crosshead, normalised_force
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import Table, ramp
@@ -52,7 +52,7 @@ class PictureFrameTest(TestRig):
         self.close = ramp(start, self.slack)
         stops = np.deg2rad(rig.stops).tolist()
         self.mounted_at = start
-        self.shear = _there_and_back(start, sqrt(2.0) * run.solver.speed_mm_per_ms / self.side, stops, rig.cycles > 0)
+        self.shear = _shear_rate(start, sqrt(2.0) * run.solver.speed_mm_per_ms / self.side, stops, rig.cycles > 0)
         self.duration = self.shear.time[-1]
         self.times = np.linspace(0.0, self.duration, KNOTS * len(stops))
         angles = np.array([self.angle(t) for t in self.times])
@@ -105,7 +105,7 @@ class PictureFrameTest(TestRig):
         }
 
 
-def starting(run: PictureFrameRun) -> float:
+def start_up_angle(run: PictureFrameRun) -> float:
     """Shear angle [deg] up to which the frame accelerates the fabric."""
     side, ramp_ms = run.rig.frame_side_mm or run.rig.side_mm, run.solver.ramp_ms
     rate = sqrt(2.0) * run.solver.speed_mm_per_ms / side
@@ -113,7 +113,7 @@ def starting(run: PictureFrameRun) -> float:
     return float(np.rad2deg(0.5 * min(rate * ramp_ms, first)))
 
 
-def _there_and_back(start: float, speed: float, stops: Sequence[float], halts: bool) -> Table:
+def _shear_rate(start: float, speed: float, stops: Sequence[float], halts: bool) -> Table:
     """Rate [rad/ms] from 0 to each of ``stops`` [rad] from ``start`` [ms] on, smooth, to rest if it ``halts``."""
     time, value = [0.0], [0.0]
     begin = start
@@ -143,21 +143,21 @@ WIDER = 1e-6
 
 def bars(history: History, sides: tuple[float, float]) -> list[Body]:
     """Bars of a frame of ``sides`` along weft and warp [mm], from hinge to hinge, and arms to the fabric."""
-    half = 0.5 * np.deg2rad(at_frames(history, "frame_shear_angle_deg"))
+    half = 0.5 * np.deg2rad(values_at_frames(history, "frame_shear_angle_deg"))
     stretch = np.column_stack([np.cos(half) - np.sin(half), np.cos(half) + np.sin(half), np.ones_like(half)])
     found = []
     for normal, names in enumerate(NAMES):
         turn = Rotation.from_euler("z", (half if normal == 1 else -half)[:, None]).as_matrix()
         for name, way in zip(names, (-1.0, 1.0), strict=True):
             bar = _flat_bar(name, history, sides, normal, way)
-            middle = turned(np.eye(3)[None, normal] * 0.5 * way * sides[normal])
+            middle = rotate_to_bias(np.eye(3)[None, normal] * 0.5 * way * sides[normal])
             found.append(replace(bar, turn=turn, offset=middle * stretch - (turn @ middle[0])))
     return found + _arms(history, sides, stretch)
 
 
 def _arms(history: History, sides: tuple[float, float], stretch: Array) -> list[Body]:
     """Flat sheets from the fabric to the bars, as one body that follows the ``stretch`` (n_frames, 3) along x, y, z."""
-    flat = history.frames[0].position @ turned(np.eye(3)).T
+    flat = history.frames[0].position @ rotate_to_bias(np.eye(3)).T
     fabric, frame = np.abs(flat[:, :2]).max(axis=0), 0.5 * np.array(sides)
     corners = []
     for normal in np.flatnonzero(frame > (1.0 + WIDER) * fabric):
@@ -165,7 +165,7 @@ def _arms(history: History, sides: tuple[float, float], stretch: Array) -> list[
             sheet = np.zeros((4, 3))
             sheet[:, normal] = way * np.array([fabric[normal], fabric[normal], frame[normal], frame[normal]])
             sheet[:, 1 - normal] = fabric[1 - normal] * np.array([-1.0, 1.0, ARMS, -ARMS])
-            corners.append(turned(sheet))
+            corners.append(rotate_to_bias(sheet))
     if not corners:
         return []
     triangles = np.concatenate([4 * k + np.array([[0, 1, 2], [0, 2, 3]]) for k in range(len(corners))])
@@ -181,4 +181,4 @@ def _flat_bar(name: str, history: History, sides: tuple[float, float], normal: i
     lengths = np.array([sides[0], sides[1], np.ptp(first) + 2.0 * (radius + OUT * wide)])
     lengths[normal] = wide
     body = plate_block(name, centre, lengths, np.zeros((len(history.frames), 3)))
-    return replace(body, points=turned(body.points))
+    return replace(body, points=rotate_to_bias(body.points))

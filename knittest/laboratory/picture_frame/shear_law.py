@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.base.files import make_folder, replacing
+from knittest.base.files import make_folder, replace_file
 from knittest.base.history import Array
 from knittest.config.base import Quantity
 from knittest.config.fabric import Fabric
@@ -76,19 +76,19 @@ def write_law(run: Path, out: Path) -> tuple[Array, Array]:
         "kind: simulated",
         f"fabric: {fabric.name}",
         f"source: picture frame of yarns, {fabric.name} ({given.parameters}), {rig.side:g} mm",
-        *(f"{name}: {number.value:g} ({number.source})" for name, number in hangs_on(fabric).items()),
+        *(f"{name}: {number.value:g} ({number.source})" for name, number in deciding_numbers(fabric).items()),
         f"mean over {STEP:g} deg; conjugate to the shear angle, per reference area",
         f"preset {given.model.preset}, rig.side={rig.side:g}, rig.max_angle={rig.max_angle:g}",
     ]
     rows = "".join(f"{a:.4f},{s:.6f}\n" for a, s in zip(angle, force, strict=True))
     text = "".join(f"# {line}\n" for line in head) + f"{ANGLE},shear_force_n_per_mm\n" + rows
     make_folder(out.parent)
-    with replacing(out) as temporary:
+    with replace_file(out) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return angle, force
 
 
-def hangs_on(fabric: Fabric) -> dict[str, Quantity]:
+def deciding_numbers(fabric: Fabric) -> dict[str, Quantity]:
     """Numbers of the yarns that decide the force, as far as the fabric states them."""
     loops, contact = fabric.knitting, fabric.contact
     stated = {

@@ -8,22 +8,22 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
 from knittest.base.history import Array, Frame, History, Quality
-from knittest.fabric.strip import turned
-from knittest.laboratory.after_rest import row_check
-from knittest.laboratory.base import Prepared, sheet_model
+from knittest.fabric.strip import rotate_to_bias
+from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.fabric_test import FabricTest
-from knittest.laboratory.judging import Span, locking
-from knittest.laboratory.law_end import refuse_beyond_law
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
+from knittest.laboratory.quality_checks import Span, locking_warning
+from knittest.laboratory.restart import make_row_check
+from knittest.laboratory.shear_law_end import check_law_range
 from knittest.laboratory.strips import (
     AngleScatter,
     angle_scatter,
-    centred,
-    cut,
+    centre_paths,
+    cut_piece,
     material_angles,
-    on_needles,
-    unevenness,
+    needle_nodes,
+    random_offsets,
 )
 from knittest.materials.trellis import NORMALISED
 from knittest.models.meso import build_meso
@@ -141,7 +141,7 @@ NEAR = 0.5
 #: a frame lags by at most this angle [deg] behind the curve
 LAG = 0.1
 #: shear angle at which wrinkles are mapped [deg]: the paper scans the sample there
-MAPPED = 40.0
+MAPPED_ANGLE = 40.0
 
 
 class PictureFrame(FabricTest[PictureFrameRun]):
@@ -149,9 +149,9 @@ class PictureFrame(FabricTest[PictureFrameRun]):
 
     lowers_speed = True
 
-    def mount_shells(self, run: PictureFrameRun, specimen: int) -> Prepared:
+    def mount_shells(self, run: PictureFrameRun, specimen: int) -> PreparedSpecimen:
         """Make the square of shells, its diagonals along x and y."""
-        refuse_beyond_law(run, run.rig.max_angle)
+        check_law_range(run, run.rig.max_angle)
         side, size = run.rig.side_mm, run.model.macro.element_size_mm
         n = max(round(side / size), 2)
         u = np.linspace(-0.5 * side, 0.5 * side, n + 1)
@@ -160,25 +160,25 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         cells = np.column_stack([corner, corner + 1, corner + n + 2, corner + n + 1])
         edge = np.abs(points[:, :2]).max(axis=1) > 0.4999 * side
         seed = run.variability.seed + specimen
-        points[~edge, 2] = unevenness(run.rig.imperfection_mm, seed, int((~edge).sum()))
-        model = sheet_model(run, turned(points), cells, turned(np.array([[0.0, 1.0, 0.0]]))[0])
+        points[~edge, 2] = random_offsets(run.rig.imperfection_mm, seed, int((~edge).sum()))
+        model = sheet_model(run, rotate_to_bias(points), cells, rotate_to_bias(np.array([[0.0, 1.0, 0.0]]))[0])
         test = PictureFrameTest(run, np.flatnonzero(edge), side**2)
-        return Prepared(model, test, facts=_facts(run, np.full(2, side)))
+        return PreparedSpecimen(model, test, facts=_facts(run, np.full(2, side)))
 
-    def mount_yarns(self, run: PictureFrameRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: PictureFrameRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the square of whole pitches, its diagonals along x and y."""
         n_wales, n_courses = _whole_pitches(run)
-        piece = cut(run, n_wales, n_courses, specimen, observer)
+        piece = cut_piece(run, n_wales, n_courses, specimen, observer)
         size = np.array([n_wales * run.fabric.wale_spacing, n_courses * run.fabric.course_spacing])
-        paths = [replace(path, points=turned(path.points)) for path in centred(piece.paths, size)]
+        paths = [replace(path, points=rotate_to_bias(path.points)) for path in centre_paths(piece.paths, size)]
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
         position = model.position()
         beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * size[1]
-        held = on_needles(beyond, model.group.chain)
+        held = needle_nodes(beyond, model.group.chain)
         facts = _facts(run, size)
-        return Prepared(model, PictureFrameTest(run, held, facts["area_mm2"]), yarns=piece.table, facts=facts)
+        return PreparedSpecimen(model, PictureFrameTest(run, held, facts["area_mm2"]), yarns=piece.table, facts=facts)
 
-    def check_of_rows(self, run: PictureFrameRun, prepared: Prepared) -> Callable[[Simulation], None]:
+    def make_row_check(self, run: PictureFrameRun, prepared: PreparedSpecimen) -> Callable[[Simulation], None]:
         """Check the energy ratios, without rigid motion, from the first angle of a result on."""
         rig, mass = prepared.rig, prepared.model.mass
         assert isinstance(rig, PictureFrameTest)
@@ -186,16 +186,16 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         def judged(state: Simulation, energies: dict[str, Array]) -> dict[str, Array]:
             return _own_energies(rig, energies, mass, state.frames[0].position)
 
-        return row_check(run, prepared.restarts, "frame_shear_angle_deg", ANGLES[0] - NEAR, judged)
+        return make_row_check(run, prepared.restarts, "frame_shear_angle_deg", ANGLES[0] - NEAR, judged)
 
-    def results(self, run: PictureFrameRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: PictureFrameRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Forces at the angles, onset of wrinkles, wrinkles and shear of the material at 40 deg, cycles."""
         frames = first_loading(history)
         amplitudes = [measure_wrinkles(f, history, run.rig.side_mm).amplitude for f in frames]
-        onset = _reached([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.thickness_mm)
+        onset = _onset_angle([f.coordinate for f in frames], amplitudes, ONSET * run.fabric.thickness_mm)
         found = forces_at(history, run.rig.max_angle)
-        if history.curve["frame_shear_angle_deg"].max() >= MAPPED:
-            frame = frame_at(history, MAPPED)
+        if history.curve["frame_shear_angle_deg"].max() >= MAPPED_ANGLE:
+            frame = frame_at(history, MAPPED_ANGLE)
             wrinkles = measure_wrinkles(frame, history, run.rig.side_mm)
             angles = angle_scatter(material_angles(history.mesh, frame)[0])
             found |= {
@@ -207,13 +207,15 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         found |= cycle_results(history.curve, history.energies, run.rig.cycles)
         return found | {"wrinkle_onset_deg": onset}
 
-    def assess(self, run: PictureFrameRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(
+        self, run: PictureFrameRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost
+    ) -> Quality:
         """Evaluate the standard checks without the kinetic energy of evenly sheared fabric, and whether it locks."""
         rig, energies = prepared.rig, history.energies
         assert isinstance(rig, PictureFrameTest)
         energies = _own_energies(rig, energies, prepared.model.mass, history.frames[0].position)
         history = replace(history, energies=energies)
-        return super().assess(run, prepared, history, cost).warning(*locking(history, run.rig.max_angle))
+        return super().assess(run, prepared, history, cost).with_warnings(*locking_warning(history, run.rig.max_angle))
 
     def span(self, history: History) -> Span:
         """Return the span from the first angle of a result on."""
@@ -281,7 +283,7 @@ def frame_at(history: History, angle: float) -> Frame:
     return min(first_loading(history), key=lambda f: abs(f.coordinate - angle))
 
 
-def _reached(angle: Sequence[float], value: Sequence[float], limit: float) -> float:
+def _onset_angle(angle: Sequence[float], value: Sequence[float], limit: float) -> float:
     """Angle at which ``value`` first passes ``limit``, on lines between the frames; nan if it never does."""
     k = next((k for k, v in enumerate(value) if v > limit), None)
     if not k:

@@ -50,7 +50,7 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     return {"model": model, "rig": rig, "solver": solver}
 
 
-def stated(run: PullOutRun) -> tuple[str, ...]:
+def size_texts(run: PullOutRun) -> tuple[str, ...]:
     """Size of the piece, where it is clamped and how far the inlay is pulled, in words."""
     rig = run.rig
     where = "both sides" if rig.clamped == "sides" else "its far end"

@@ -1,6 +1,6 @@
 """Record of the pull-out test."""
 
-from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
+from knittest.base.kinds import STRIPS, Regression, RegressionRuns, TestKind
 from knittest.laboratory.records import LOOPS
 
 KIND = TestKind(
@@ -14,7 +14,7 @@ KIND = TestKind(
     run="knittest.laboratory.pull_out.config:PullOutRun",
     test="knittest.laboratory.pull_out.test:PullOut",
     report="knittest.laboratory.pull_out.report:PullOutReport",
-    size="knittest.laboratory.pull_out.config:stated",
+    size="knittest.laboratory.pull_out.config:size_texts",
     labels={
         "pull_out_at_rest_n": ("force at which the inlay begins to slide [N]", "{:.3f}"),
         "pull_out_peak_n": ("largest force of the inlay [N]", "{:.3f}"),
@@ -43,6 +43,6 @@ KIND = TestKind(
         ),
     },
     hinges={"membrane_share": -1},
-    regression=Regression(runs=(Regressed(2, "quick", "meso", "quick", STRIPS, ("rig.travel=4",), "4mm"),)),
+    regression=Regression(runs=(RegressionRuns(2, "quick", "meso", "quick", STRIPS, ("rig.travel=4",), "4mm"),)),
     laboratory="knittest.laboratory.pull_out.lab_files:LAB",
 )  # fmt: skip

@@ -10,12 +10,12 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.experiment import lab_shear as checks
-from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, EMBEDDED, SLID_PITCHES, common
-from knittest.experiment.lab_recording import Origin, Recording, reader
+from knittest.experiment.lab_conditions import CLAMPED_EDGES, CROSSING_DENSITY, EMBEDDED, SLID_PITCHES, common_value
+from knittest.experiment.lab_recording import Origin, Recording, make_reader
 from knittest.experiment.lab_results import Curves, Results
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Array, band
-from knittest.laboratory.pull_out.sliding import LEFT, SLIDES, Sliding, sliding
+from knittest.laboratory.pull_out.sliding import LEFT, SLIDES, SlidingForces, evaluate_sliding
 
 NAME = "pull-out"
 TAIL, FORCE, FORCE_SD = "tail_travel_mm", "pull_force_n", "pull_force_sd_n"
@@ -42,7 +42,7 @@ TOGETHER, GONE = (0.7, 1.1), 0.25
 
 
 @dataclass(frozen=True)
-class Pulled(Origin):
+class PullOutSpecimen(Origin):
     """Travel of the free end [mm] (``measured``, or the clamp's), force [N] (n,), length [mm], crossings per 100 mm."""
 
     tail: Array
@@ -60,28 +60,30 @@ class Pulled(Origin):
     @property
     def doubt(self) -> float:
         """Change of the force at rest with :data:`NEAR` of the travel of a free end that was not measured [-]."""
-        less, read, more = (at_rest(self.tail, self.force, SLIDES + way) for way in (-NEAR, 0.0, NEAR))
+        less, read, more = (force_at_slide(self.tail, self.force, SLIDES + way) for way in (-NEAR, 0.0, NEAR))
         return 0.0 if self.measured else 0.5 * abs(more - less) / max(abs(read), 1e-12)
 
 
-def _pulled(r: Recording) -> Pulled:
+def _read_specimen(r: Recording) -> PullOutSpecimen:
     """Read an inlay until a pitch of it is embedded, as in a run."""
-    origin, (length, density) = r.read(("free_end",), unit_needed=True), r.needed(EMBEDDED, CROSSING_DENSITY)
+    origin, (length, density) = r.read(("free_end",), unit_needed=True), r.require(EMBEDDED, CROSSING_DENSITY)
     if r.given.clamped is None:
         raise InputError(
             f"{r.path}: the clamped edges are unknown: give --clamped sides (both along the inlay) or --clamped far "
             "(the one away from the pull)"
         )
-    travel, tail = _ways(r)
+    travel, tail = _travels(r)
     rows, _ = checks.first_loading(travel)
     travel, tail = travel[rows] - travel[0], tail[rows]
-    force = checks.pulled(r.values["force"][rows], r.given.sign, r.where)
-    _refuse_apart(travel, tail, r.where)
+    force = checks.to_tension_force(r.values["force"][rows], r.given.sign, r.where)
+    _check_free_end(travel, tail, r.where)
     tail = np.maximum.accumulate(np.maximum(tail, 0.0))
-    lets_go = at_rest(tail, force)  # a small part of the largest
-    force = checks.tared(force, r.given.preload, r.where, ("the inlay begins to slide at", lets_go))
+    lets_go = force_at_slide(tail, force)  # a small part of the largest
+    force = checks.remove_preload(force, r.given.preload, r.where, ("the inlay begins to slide at", lets_go))
     measured, edges = "free_end" in r.values, r.given.clamped
-    one = Pulled(**origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured)
+    one = PullOutSpecimen(
+        **origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured
+    )
     held, out = tail <= length - LEFT * one.pitch, tail >= length + one.pitch
     before, after = (float(force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
     if after > GONE * before:
@@ -100,19 +102,19 @@ def _pulled(r: Recording) -> Pulled:
     return replace(one, tail=tail, force=force)
 
 
-def _ways(r: Recording) -> tuple[Array, Array]:
+def _travels(r: Recording) -> tuple[Array, Array]:
     """Travel of the clamp [mm], rising, and of the free end: measured, or that of the clamp beyond ``--zero``."""
     way, end, zero, factor = r.travel(), r.values.get("free_end"), r.given.zero, r.factors["travel"]
     if end is not None:
         if zero is not None:
             raise InputError(f"{r.where}: --zero: not used with a column of the free end, {r.title('free_end')!r}")
-        return checks.drawn(way, r.given.sign), checks.drawn(end - end[0], "negative")
+        return checks.to_rising_travel(way, r.given.sign), checks.to_rising_travel(end - end[0], "negative")
     if zero is None:
         raise InputError(
             f"{r.where}: no column of the free end, and the travel of the clamp includes slack and stretch of the "
             "yarn: give --zero, the displacement at which the free end begins to move, in the column's unit"
         )
-    *moved, begins = checks.drawn(np.append(way, zero * factor), r.given.sign)
+    *moved, begins = checks.to_rising_travel(np.append(way, zero * factor), r.given.sign)
     travel = np.array(moved)
     if not travel[0] <= begins < travel.max():
         raise InputError(
@@ -122,7 +124,7 @@ def _ways(r: Recording) -> tuple[Array, Array]:
     return travel, np.maximum(travel - begins, 0.0)
 
 
-def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
+def _check_free_end(travel: Array, tail: Array, where: str) -> None:
     """Raise :class:`InputError` for a free end that does not move with the clamp while the inlay slides."""
     slides = tail >= SLIDES
     if len(travel) < 3 or not slides.any():
@@ -145,7 +147,7 @@ def _refuse_apart(travel: Array, tail: Array, where: str) -> None:
         )
 
 
-def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
+def force_at_slide(tail: Array, force: Array, way: float = SLIDES) -> float:
     """Force [N] where the free end has moved by ``way`` [mm], on a line through the few rows about it."""
     near = np.abs(tail - way) <= NEAR
     if np.count_nonzero(near) > 2 and np.ptp(tail[near]) > 0.0:
@@ -154,26 +156,27 @@ def at_rest(tail: Array, force: Array, way: float = SLIDES) -> float:
     return float(np.interp(way, tail[rising], force[rising]))
 
 
-def _averaged(tail: Array, force: Array) -> tuple[Array, Array]:
+def _average_steps(tail: Array, force: Array) -> tuple[Array, Array]:
     """Means of the rows over steps of :data:`STEP` of the free end's travel, against noise of the largest force."""
     _, block = np.unique(np.floor(tail / STEP + 1e-9), return_inverse=True)
     count = np.bincount(block)
     return np.bincount(block, tail) / count, np.bincount(block, force) / count
 
 
-def _slide(one: Pulled, end: float) -> Sliding:
+def _evaluate_pull(one: PullOutSpecimen, end: float) -> SlidingForces:
     """Forces of an inlay up to the travel ``end`` [mm] of all inlays, as of a run."""
-    tail, force = _averaged(one.tail[one.tail <= end], one.force[one.tail <= end])
-    found = sliding({TAIL: tail, FORCE: force, "embedded_mm": one.length - tail}, one.pitch)
-    found = replace(found, at_rest=at_rest(one.tail, one.force))
+    tail, force = _average_steps(one.tail[one.tail <= end], one.force[one.tail <= end])
+    found = evaluate_sliding({TAIL: tail, FORCE: force, "embedded_mm": one.length - tail}, one.pitch)
+    found = replace(found, force_at_rest=force_at_slide(one.tail, one.force))
     if not np.isfinite(found.mean):
         raise InputError(
             f"{one.where}: the common slide of all inlays is {found.way:.3g} mm; expected at least the distance of the "
             f"crossings, {one.pitch:.3g} mm: check the unit of the travel and {EMBEDDED.option}"
         )
-    each = (found.at_rest * one.pitch / one.length, found.per_crossing)
+    each = (found.force_at_rest * one.pitch / one.length, found.per_crossing)
     words = (
-        f"{found.at_rest:.4g} N at the begin of sliding and {found.mean:.4g} N while sliding are {each[0]:.3g} and "
+        f"{found.force_at_rest:.4g} N at the begin of sliding and {found.mean:.4g} N while sliding are "
+        f"{each[0]:.3g} and "
         f"{each[1]:.3g} N per crossing"
     )
     for value in each:
@@ -181,15 +184,15 @@ def _slide(one: Pulled, end: float) -> Sliding:
     return found
 
 
-def _results(pulls: Sequence[Pulled]) -> Results:
-    length = common(EMBEDDED, [one.length for one in pulls], pulls)
-    density = common(CROSSING_DENSITY, [one.density for one in pulls], pulls)
+def _results(pulls: Sequence[PullOutSpecimen]) -> Results:
+    length = common_value(EMBEDDED, [one.length for one in pulls], pulls)
+    density = common_value(CROSSING_DENSITY, [one.density for one in pulls], pulls)
     end = min(float(one.tail[-1]) for one in pulls)
-    found = [_slide(one, end) for one in pulls]
+    found = [_evaluate_pull(one, end) for one in pulls]
     crossings = np.array([one.length / one.pitch for one in pulls])
-    lets_go, peak, mean, each = np.array([[one.at_rest, one.peak, one.mean, one.per_crossing] for one in found]).T
+    lets_go, peak, mean, each = np.array([[one.force_at_rest, one.peak, one.mean, one.per_crossing] for one in found]).T
     rows = {AT_REST: lets_go, PEAK: peak, MEAN: mean, EACH_AT_REST: lets_go / crossings, EACH: each}
-    checks.refuse_apart(pulls, mean, "force while it slides", "N")
+    checks.refuse_outliers(pulls, mean, "force while it slides", "N")
     clamped, slid = pulls[0].clamped, float(min(int(one.way * density / 100.0 + 1e-6) for one in found))
     remarks = [
         f"at rest: at a travel of the free end of {SLIDES:g} mm; largest: up to half a pitch; slides: mean over whole "
@@ -204,7 +207,7 @@ def _results(pulls: Sequence[Pulled]) -> Results:
             f"{100.0 * UNSURE:g} %): measure the free end"
         )
     remarks.append("forces must be those of friction alone: subtract weight and the force of the empty clamp before")
-    curves = [(tail[1:], force[1:]) for tail, force in (_averaged(s.tail, s.force) for s in pulls)]  # rising
+    curves = [(tail[1:], force[1:]) for tail, force in (_average_steps(s.tail, s.force) for s in pulls)]  # rising
     corridor = band(curves, min(float(tail[-1]) for tail, _ in curves), "sliding")
     return Results(
         rows, UNITS,
@@ -219,6 +222,8 @@ def _results(pulls: Sequence[Pulled]) -> Results:
 # no rigs: a preset gives the piece its size
 LAB = LabTest(
     NAME,
-    reader([("force",), ("travel",)], "a force and a displacement, one free end a force or none", _pulled, shared=True),
+    make_reader(
+        [("force",), ("travel",)], "a force and a displacement, one free end a force or none", _read_specimen, shared=True
+    ),
     _results, (EMBEDDED, CROSSING_DENSITY), ("sign", "zero", "preload", "clamped"),
 )  # fmt: skip

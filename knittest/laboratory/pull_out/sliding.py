@@ -18,17 +18,17 @@ LEFT = 1.0
 
 
 @dataclass(frozen=True)
-class Sliding:
+class SlidingForces:
     """Forces [N] at the begin of sliding, largest, mean over whole pitches; friction of a crossing [N]; slide [mm]."""
 
-    at_rest: float
+    force_at_rest: float
     peak: float
     mean: float
     per_crossing: float
     way: float
 
 
-def sliding(curve: Mapping[str, Array], pitch: float) -> Sliding:
+def evaluate_sliding(curve: Mapping[str, Array], pitch: float) -> SlidingForces:
     """Evaluate ``curve`` (pull_force_n, tail_travel_mm, embedded_mm) with crossings ``pitch`` [mm] apart."""
     tail, force = curve["tail_travel_mm"], _smooth(curve["pull_force_n"])
     before = tail <= SLIDES + 0.5 * pitch
@@ -38,13 +38,13 @@ def sliding(curve: Mapping[str, Array], pitch: float) -> Sliding:
     way = float(tail.max()) - SLIDES
     pitches = int(way / pitch + 1e-6)
     if pitches < 1:
-        return Sliding(at_rest, peak, float("nan"), float("nan"), max(way, 0.0))
+        return SlidingForces(at_rest, peak, float("nan"), float("nan"), max(way, 0.0))
     places = np.linspace(tail.max() - pitches * pitch, tail.max(), 200 * pitches + 1)
     late = np.maximum.accumulate(tail)
     first = np.append(True, np.diff(late) > 0.0)
     along, left = (np.interp(places, late[first], values[first]) for values in (force, curve["embedded_mm"]))
     held = np.maximum(left / pitch, 1e-9)
-    return Sliding(at_rest, peak, float(along.mean()), float(along.sum() / held.sum()), way)
+    return SlidingForces(at_rest, peak, float(along.mean()), float(along.sum() / held.sum()), way)
 
 
 def _smooth(values: Array) -> Array:

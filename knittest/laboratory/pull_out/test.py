@@ -9,13 +9,22 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import Body, History, Quality
 from knittest.fabric.strip import YarnPath
-from knittest.laboratory.after_rest import after_rest
-from knittest.laboratory.base import Prepared
+from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.judging import check_limit
 from knittest.laboratory.pull_out.config import PullOutRun
-from knittest.laboratory.pull_out.sliding import LEFT, sliding
-from knittest.laboratory.strips import AXIS, along_and_across, cut, jaw, offsets, pitch, plate_block, yarns_across
+from knittest.laboratory.pull_out.sliding import LEFT, evaluate_sliding
+from knittest.laboratory.quality_checks import check_limit
+from knittest.laboratory.restart import history_from_time
+from knittest.laboratory.strips import (
+    AXIS,
+    cut_piece,
+    make_jaw,
+    offsets,
+    pitch,
+    plate_block,
+    wale_course_counts,
+    yarns_across,
+)
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.meso import build_meso, chain_order
 from knittest.models.tool import Table, ramp
@@ -25,7 +34,7 @@ Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
-class Nodes:
+class PullOutNodes:
     """Clamped end of the inlay, free ``tail``, and nodes ``held`` at the clamped ``edge`` [mm]."""
 
     pulled: Index
@@ -34,7 +43,7 @@ class Nodes:
     edge: float
 
 
-def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) -> Nodes:
+def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) -> PullOutNodes:
     """Nodes of ``paths``, numbered as in the model, in a piece of ``size`` (along x, y) [mm]."""
     direction = run.rig.direction
     axis = AXIS[direction]
@@ -54,7 +63,7 @@ def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) 
     gripped[start[chain] : start[chain + 1]] = False
     ends = int(start[chain]), int(start[chain + 1]) - 1
     tail, top = sorted(ends, key=lambda node: float(along[node]))
-    return Nodes(np.array([top], np.int64), tail, np.flatnonzero(gripped), edge)
+    return PullOutNodes(np.array([top], np.int64), tail, np.flatnonzero(gripped), edge)
 
 
 # The end of one inlay is pulled out of the fabric along it, clamps hold all other yarns. The inlay comes to rest with
@@ -103,7 +112,7 @@ LEAST_YARNS, UNBALANCED = 5, 5.0
 class PullOut(FabricTest[PullOutRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
-    def refuse(self, run: PullOutRun) -> None:
+    def check_run(self, run: PullOutRun) -> None:
         """Raise :class:`InputError` for a piece that is too small, and for yarns that do not touch."""
         rig = run.rig
         if not run.model.meso.contact:
@@ -121,13 +130,13 @@ class PullOut(FabricTest[PullOutRun]):
                 f"in the piece of rig.length = {rig.length:g} mm"
             )
 
-    def mount_yarns(self, run: PullOutRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: PullOutRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the piece of whole pitches in its clamps."""
         direction, fabric = run.rig.direction, run.fabric
         period = pitch(run, direction)
         across, along = yarns_across(run, direction, specimen), round(run.rig.length_mm / period)
-        n_wales, n_courses = along_and_across(direction, along, across)
-        piece = cut(run, n_wales, n_courses, specimen, observer)
+        n_wales, n_courses = wale_course_counts(direction, along, across)
+        piece = cut_piece(run, n_wales, n_courses, specimen, observer)
         size = n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing
         nodes = nodes_of(run, piece.paths, size)
         model = build_meso(run, piece.paths, piece.draws, run.rig.membrane_share)
@@ -137,21 +146,21 @@ class PullOut(FabricTest[PullOutRun]):
             "crossings": float(along), "tail_node": float(nodes.tail), "pulled_node": float(nodes.pulled[0]),
             "piece_width_mm": size[1 - AXIS[direction]], "clamped_edge_mm": nodes.edge,
         }  # fmt: skip
-        return Prepared(model, mount, yarns=piece.table, facts=facts)
+        return PreparedSpecimen(model, mount, yarns=piece.table, facts=facts)
 
-    def finish(self, run: PullOutRun, prepared: Prepared, history: History) -> History:
+    def finish(self, run: PullOutRun, prepared: PreparedSpecimen, history: History) -> History:
         """Return the pull, with the travel of the inlay's free end."""
-        return with_tail(after_rest(history, REST), prepared.facts, AXIS[run.rig.direction])
+        return add_tail_travel(history_from_time(history, REST), prepared.facts, AXIS[run.rig.direction])
 
-    def results(self, run: PullOutRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: PullOutRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Force at which the inlay begins to slide, largest and mean force; friction and normal force of a crossing."""
         facts, friction = prepared.facts, run.fabric.contact.friction_coefficient.value
-        found = sliding(history.curve, facts["pitch_mm"])
+        found = evaluate_sliding(history.curve, facts["pitch_mm"])
         return {
-            "pull_out_at_rest_n": found.at_rest,
+            "pull_out_at_rest_n": found.force_at_rest,
             "pull_out_peak_n": found.peak,
             "pull_out_sliding_n": found.mean,
-            "crossing_friction_at_rest_n": found.at_rest / facts["crossings"],
+            "crossing_friction_at_rest_n": found.force_at_rest / facts["crossings"],
             "crossing_friction_n": found.per_crossing,
             "crossing_normal_force_n": found.per_crossing / friction if friction > 0.0 else float("nan"),
             "crossings": facts["crossings"],
@@ -159,13 +168,13 @@ class PullOut(FabricTest[PullOutRun]):
             "clamp_difference_pct": clamp_difference(history),
         }
 
-    def assess(self, run: PullOutRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: PullOutRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate the standard checks, a slide of a pitch at least, and the balance of the clamps."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
         period = prepared.facts["pitch_mm"]
         if not np.isfinite(found["pull_out_sliding_n"]):
-            quality = quality.refusing(
+            quality = quality.with_failed_check(
                 f"the inlay slides by {found['slid_mm']:.2f} mm, less than a pitch of {period:.2f} mm: use "
                 f"--set rig.travel={run.rig.travel + 1.2 * (period - found['slid_mm']):.3g}"
             )
@@ -174,7 +183,7 @@ class PullOut(FabricTest[PullOutRun]):
         return check_limit(quality, apart, UNBALANCED, text, ": lower solver.speed")
 
 
-def with_tail(history: History, facts: dict[str, float], axis: int) -> History:
+def add_tail_travel(history: History, facts: dict[str, float], axis: int) -> History:
     """``history`` with way of the inlay's free end and embedded length [mm] in its curve, on lines between frames."""
     tail, begin = int(facts["tail_node"]), history.curve["time_ms"][0]
     time = np.array([frame.time for frame in history.frames])
@@ -202,11 +211,11 @@ def clamps(history: History, facts: Mapping[str, float], axis: int, sides: bool)
     edge, far = facts["clamped_edge_mm"], facts["piece_width_mm"] - facts["clamped_edge_mm"]
     if sides:
         held = [
-            jaw("first side clamp", history, 1 - axis, (edge, -1.0), still, aside=0.0),
-            jaw("second side clamp", history, 1 - axis, (far, 1.0), still, aside=0.0),
+            make_jaw("first side clamp", history, 1 - axis, (edge, -1.0), still, aside=0.0),
+            make_jaw("second side clamp", history, 1 - axis, (far, 1.0), still, aside=0.0),
         ]
     else:
-        held = [jaw("far clamp", history, axis, (edge, -1.0), still)]
+        held = [make_jaw("far clamp", history, axis, (edge, -1.0), still)]
     # a cube as wide as a clamped edge, at the end of the inlay
     centre = history.frames[0].position[int(facts["pulled_node"])].copy()
     centre[axis] += 0.5 * edge

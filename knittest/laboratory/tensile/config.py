@@ -39,7 +39,7 @@ class TensileRun(Run):
             raise BoundsError(f"must be at most rig.gauge_length, {rig.gauge_length:g} mm", "rig.jaw_length")
         quantity, name = getattr(self.fabric.reinforcing, "fracture_strain", None), "reinforcing.fracture_strain"
         if self.model.scale == "macro":
-            if "tension" in self.fabric.macro.missing:
+            if "tension" in self.fabric.macro.missing_card_parts:
                 return self  # until the card is derived
             quantity, name = (
                 self.fabric.macro.fracture_strain.of(rig.direction),

@@ -1,7 +1,7 @@
 """Record of the tensile test."""
 
-from knittest.base.kinds import STRIPS, Regressed, Regression, TestKind
-from knittest.laboratory.records import PULLED
+from knittest.base.kinds import STRIPS, Regression, RegressionRuns, TestKind
+from knittest.laboratory.records import TENSION_FIELDS
 
 KIND = TestKind(
     name="tensile",
@@ -32,7 +32,7 @@ KIND = TestKind(
     pictures=("curve.png", "energies.png", "deformed.png"),
     presets="knittest.laboratory.tensile.config:settings",
     sizes=("gauge_length", "width"),
-    deciding={"macro": ("macro.tension.{d}", "macro.fracture_strain.{d}"), "meso": ("{d}_density", *PULLED)},
+    deciding={"macro": ("macro.tension.{d}", "macro.fracture_strain.{d}"), "meso": ("{d}_density", *TENSION_FIELDS)},
     fed=("macro",),
     hinges={"stop_force_ratio": 1},
     converged=0.01,
@@ -40,10 +40,10 @@ KIND = TestKind(
     regression=Regression(
         rows=("peak_force_n", "fracture_strain_pct"),
         runs=(
-            Regressed(2, "quick", "meso", "quick", STRIPS),
-            Regressed(7, "quick", "macro", "quick", STRIPS),
-            Regressed(4, "full", "meso", "paper", STRIPS),
-            Regressed(8, "full", "macro", "paper", STRIPS),
+            RegressionRuns(2, "quick", "meso", "quick", STRIPS),
+            RegressionRuns(7, "quick", "macro", "quick", STRIPS),
+            RegressionRuns(4, "full", "meso", "paper", STRIPS),
+            RegressionRuns(8, "full", "macro", "paper", STRIPS),
         ),
     ),
     laboratory="knittest.laboratory.tensile.lab_files:LAB",

@@ -8,9 +8,17 @@ from typing import Any
 import numpy as np
 
 from knittest.experiment.lab_conditions import GAUGE, WIDTH
-from knittest.experiment.lab_results import TENSION, Results, Tests, counted, of_directions, quantity, table_lines
+from knittest.experiment.lab_results import (
+    TENSION,
+    Results,
+    Tests,
+    count_text,
+    quantity_entry,
+    statistics_by_direction,
+    table_lines,
+)
 from knittest.experiment.lab_shear import digests
-from knittest.experiment.lab_strips import one_series, plausible_strips, read_strips, strip_curves
+from knittest.experiment.lab_strips import check_strips, make_series, read_strips, strip_curves
 from knittest.experiment.lab_tests import LabTest
 from knittest.experiment.statistics import Specimen, mean_sd, peaks, tension_curve
 from knittest.experiment.tables import TENSILE
@@ -21,7 +29,7 @@ RISING = "# from the origin and rising; preload and noise are removed"
 
 def summary_lines(specimens: Sequence[Specimen]) -> list[str]:
     """Table of maximum force [N] and strain at it [%], with mean and sd, and the strips' sizes."""
-    plausible_strips(specimens)
+    check_strips(specimens)
     force, strain = peaks(specimens)
     shown = [("max. force [N]", ".1f", force), ("strain at it [%]", ".3f", strain)]
     lines = table_lines([s.name for s in specimens], shown)
@@ -32,7 +40,7 @@ def summary_lines(specimens: Sequence[Specimen]) -> list[str]:
 
 
 def _results(specimens: Sequence[Specimen]) -> Results:
-    strips, narrow, sizes = one_series(specimens)
+    strips, narrow, sizes = make_series(specimens)
     found = dict(zip(TENSILE, peaks(strips), strict=True))
     means = [f"# {name}: {mean_sd(values)[0]:.6g}" for name, values in found.items()]
     curves = strip_curves(narrow)
@@ -46,12 +54,12 @@ def _results(specimens: Sequence[Specimen]) -> Results:
 
 def _fabric(tests: Tests, place: Path) -> dict[str, Any]:
     tension, fracture = {}, {}
-    for direction, test in of_directions(tests, "tensile").items():
+    for direction, test in statistics_by_direction(tests, "tensile").items():
         conditions, found = test["conditions"], test["fracture_strain_pct"]
         gauge = f", {conditions[GAUGE.key]:g} mm between the clamps" if GAUGE.key in conditions else ""
-        strips = f"{counted(found['n'], 'strip')}, {conditions[WIDTH.key]:g} mm wide{gauge}"
+        strips = f"{count_text(found['n'], 'strip')}, {conditions[WIDTH.key]:g} mm wide{gauge}"
         tension[direction] = (place / direction / TENSION).as_posix()
-        fracture[direction] = quantity(found, "measured", f"{strips}; an input of the macro model")
+        fracture[direction] = quantity_entry(found, "measured", f"{strips}; an input of the macro model")
     return {"macro": {"tension": tension, "fracture_strain": fracture}} if tension else {}
 
 

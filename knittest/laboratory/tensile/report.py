@@ -10,20 +10,28 @@ import numpy as np
 from knittest.base.files import data_dir
 from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
-from knittest.experiment.compare import UNRATED
+from knittest.experiment.comparison import UNRATED
 from knittest.experiment.conditions import EXACT
-from knittest.experiment.curves import ReferenceCurve, load_curve, noted
-from knittest.experiment.curves import for_width as strip_force
-from knittest.experiment.origin import borrowed
-from knittest.experiment.statistics import Corridor, corridor_on, mean_sd
-from knittest.experiment.tables import PublishedValue, factor_note, for_width, with_factors
+from knittest.experiment.curves import ReferenceCurve, add_note, load_curve
+from knittest.experiment.curves import scale_to_width as strip_force
+from knittest.experiment.origin import borrowed_curves
+from knittest.experiment.statistics import Corridor, corridor_on_grid, mean_sd
+from knittest.experiment.tables import PublishedValue, factor_note, scale_to_width, with_factors
 from knittest.export import line_picture, yarn_pictures
-from knittest.laboratory.base import tension_curve, unless_one
-from knittest.laboratory.given_data import marked
-from knittest.laboratory.report_base import Columns, CurveAxes, FabricReport, Gate, References, same_test, title_of
+from knittest.laboratory.base import nontrivial_factors, tension_curve
+from knittest.laboratory.reference_curves import with_kind
+from knittest.laboratory.report_base import (
+    Columns,
+    CurveAxes,
+    FabricReport,
+    QualityCheck,
+    References,
+    check_same_test,
+    title_of,
+)
 from knittest.laboratory.strips import STRIP_JAWS, carrying_width, strip_jaws, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.laboratory.tensile.test import UNRESOLVED, pull_axis
+from knittest.laboratory.tensile.test import PEAK_TIME_LIMIT, pull_axis
 
 #: points of a corridor
 POINTS = 400
@@ -35,23 +43,24 @@ class TensileReport(FabricReport[TensileRun]):
     axes = CurveAxes(
         "strain_pct", "force_n", "strain [%]", "force [N]", "force_mean_n", "force_sd_n", peak="fracture_strain_pct"
     )
-    placed_by = STRIP_JAWS
+    placement_facts = STRIP_JAWS
 
-    def gates(self, run: TensileRun) -> list[Gate]:
+    def gates(self, run: TensileRun) -> list[QualityCheck]:
         """Standard checks, and of a macro model the uncertainty of the peak in time."""
-        own = [Gate("peak uncertain in time", "results", "peak_time_error_pct", UNRESOLVED)]
+        own = [QualityCheck("peak uncertain in time", "results", "peak_time_error_pct", PEAK_TIME_LIMIT)]
         return super().gates(run) + (own if run.model.scale == "macro" else [])
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Scale forces to the width of the run, and those of whole yarns to that width."""
         width, factors = run.rig.width_mm, self.factors(run)
         return [
-            with_factors(for_width(row, width), factors, _yarns(run)[1]) if row.unit == "N" else row for row in rows
+            with_factors(scale_to_width(row, width), factors, _yarn_count_text(run)[1]) if row.unit == "N" else row
+            for row in rows
         ]
 
     def factors(self, run: TensileRun) -> tuple[float, ...]:
         """Yarns in a real strip over the whole yarns of each specimen: width x density / yarns."""
-        return unless_one(
+        return nontrivial_factors(
             run.rig.width_mm / carrying_width(run, run.rig.direction, k) for k in range(run.variability.specimens)
         )
 
@@ -60,16 +69,16 @@ class TensileReport(FabricReport[TensileRun]):
         width = run.rig.width_mm
         return width, f"{width:g} mm wide, {run.rig.gauge_length_mm:g} mm between the clamps"
 
-    def size_free(self, run: TensileRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
+    def size_free_curve(self, run: TensileRun, columns: Mapping[str, np.ndarray]) -> tuple[CurveAxes, Columns]:
         """Force per width, of a meso model per width of its whole yarns."""
         forces, width = (self.axes.y, self.axes.mean, self.axes.sd), run.rig.width_mm
-        whole = self.for_nominal_size(run, columns)
+        whole = self.scale_to_nominal_size(run, columns)
         found = {name: values / width if name in forces else values for name, values in whole.items()}
         return replace(self.axes, ylabel="force per width [N/mm]"), found
 
     def reference_curve(self, run: TensileRun) -> ReferenceCurve | None:
         """Curve of the fabric's experiment for the width of the strip; another fabric's is a macro input alone."""
-        owner = borrowed(run.fabric).get(f"macro.tension.{run.rig.direction}")
+        owner = borrowed_curves(run.fabric).get(f"macro.tension.{run.rig.direction}")
         if owner and run.model.scale == "meso":
             return None
         text = run.fabric.macro.curve_files.get(f"tension.{run.rig.direction}")
@@ -81,22 +90,22 @@ class TensileReport(FabricReport[TensileRun]):
         curve = tension_curve(run.fabric, run.rig.direction) if text is None else load_curve(path)
         if run.model.scale == "meso":
             if curve.kind not in UNRATED:
-                curve = marked(run, path, curve, kinds()[run.rig.kind].published)
-            return self.matched(run, curve)
-        curve = self.matched(run, curve)
+                curve = with_kind(run, path, curve, kinds()[run.rig.kind].published)
+            return self.scale_curve(run, curve)
+        curve = self.scale_curve(run, curve)
         source = f"{curve.source}; assumed: of {owner}" if owner else curve.source
         given = replace(curve, kind="input", source=source)
-        return noted(given, f"the input of the macro model is itself {curve.kind}")
+        return add_note(given, f"the input of the macro model is itself {curve.kind}")
 
-    def matched(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
+    def scale_curve(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Force [N] for the width of the run; strain is relative, and a note states another gauge length."""
-        curve = strip_force(same_test(run, curve), run.rig.width_mm)
+        curve = strip_force(check_same_test(run, curve), run.rig.width_mm)
         if factors := self.factors(run):
-            curve = noted(curve, factor_note(factors, _yarns(run)[1]))
+            curve = add_note(curve, factor_note(factors, _yarn_count_text(run)[1]))
         gauge, own = curve.conditions.gauge_length_mm, run.rig.gauge_length_mm
         if gauge is None or math.isclose(gauge, own, rel_tol=EXACT):
             return curve
-        return noted(curve, f"{own:g} instead of {gauge:g} mm between the clamps; strain is relative to it")
+        return add_note(curve, f"{own:g} instead of {gauge:g} mm between the clamps; strain is relative to it")
 
     def curve(self, specimens: list[Specimen]) -> Columns:
         """Channels of one specimen, or mean and sd of the force of several."""
@@ -129,12 +138,12 @@ class TensileReport(FabricReport[TensileRun]):
         meso = run.model.scale == "meso"
         line_picture.curve_picture(
             path, [s.history.curve for s in whole], title=title_of(run), references=shown, end_point=end_point,
-            corridor=_shown(whole) if len(whole) > 1 else None,
-            yarns=(*_yarns(run), run.rig.direction) if meso else None,
+            corridor=_corridor_to_draw(whole) if len(whole) > 1 else None,
+            yarns=(*_yarn_count_text(run), run.rig.direction) if meso else None,
         )  # fmt: skip
 
 
-def _yarns(run: TensileRun) -> tuple[float, str]:
+def _yarn_count_text(run: TensileRun) -> tuple[float, str]:
     """Yarns in the width of the real strip, and the same with those of the model, in words."""
     counts = {yarns_across(run, run.rig.direction, k) for k in range(run.variability.specimens)}
     whole = run.rig.width_mm * run.fabric.density_per_mm.of(run.rig.direction)
@@ -143,17 +152,17 @@ def _yarns(run: TensileRun) -> tuple[float, str]:
 
 def corridor(specimens: list[Specimen]) -> Corridor:
     """Corridor of the force [N] up to the smallest strain at maximum force of all specimens."""
-    curves = [_to_peak(s) for s in specimens]
-    return corridor_on(np.linspace(0.0, min(x[-1] for x, _ in curves), POINTS), curves)
+    curves = [_curve_to_peak(s) for s in specimens]
+    return corridor_on_grid(np.linspace(0.0, min(x[-1] for x, _ in curves), POINTS), curves)
 
 
-def _shown(specimens: list[Specimen]) -> line_picture.Corridor:
-    found, ends = corridor(specimens), np.array([[v[-1] for v in _to_peak(s)] for s in specimens])
+def _corridor_to_draw(specimens: list[Specimen]) -> line_picture.Corridor:
+    found, ends = corridor(specimens), np.array([[v[-1] for v in _curve_to_peak(s)] for s in specimens])
     peak = line_picture.EndPoint(*mean_sd(ends[:, 0]), *mean_sd(ends[:, 1]))
     return line_picture.Corridor(found.strain, found.mean, found.sd, peak)
 
 
-def _to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
+def _curve_to_peak(specimen: Specimen) -> tuple[np.ndarray, np.ndarray]:
     curve = specimen.history.curve
     end = int(np.argmax(curve["force_n"])) + 1
     return curve["strain_pct"][:end], curve["force_n"][:end]

@@ -5,12 +5,20 @@ from collections.abc import Mapping
 import numpy as np
 
 from knittest.base.history import Array, History, Quality
-from knittest.base.units import rounded_down
-from knittest.config.gates import NEAR
-from knittest.laboratory.base import Prepared, fabric_laminate
+from knittest.base.units import round_down
+from knittest.config.quality_checks import NEAR
+from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.judging import AIM, Span
-from knittest.laboratory.strips import AXIS, along_and_across, carrying_width, clamp_forces, cut, pitch, yarns_across
+from knittest.laboratory.quality_checks import TARGET_SHARE, Span
+from knittest.laboratory.strips import (
+    AXIS,
+    carrying_width,
+    clamp_forces,
+    cut_piece,
+    pitch,
+    wale_course_counts,
+    yarns_across,
+)
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import StripShape, build_strip, self_contact
@@ -63,7 +71,7 @@ class TensileTest(TestRig):
 LAST_YARNS = 2.0
 
 
-def expected_share(run: TensileRun, prepared: Prepared) -> float:
+def expected_share(run: TensileRun, prepared: PreparedSpecimen) -> float:
     """Share of the rig's motion after which the strip fails."""
     duration, start = prepared.rig.duration, 0.5 * run.solver.ramp_ms
     end = start + (duration - start) * failure_strain(run) / run.rig.max_strain
@@ -101,7 +109,7 @@ def unresolved_peak(curve: Mapping[str, Array], passage: float) -> float:
 
 
 #: largest uncertainty in time [%] of the peak force of a macro model; a warning above half of it
-UNRESOLVED = 4.0
+PEAK_TIME_LIMIT = 4.0
 #: pitches inside each clamp of a meso model: enough to grip every yarn
 JAW_PITCHES = 1
 
@@ -111,7 +119,7 @@ class Tensile(FabricTest[TensileRun]):
 
     ends_at_failure = True
 
-    def mount_shells(self, run: TensileRun, specimen: int) -> Prepared:
+    def mount_shells(self, run: TensileRun, specimen: int) -> PreparedSpecimen:
         """Make the strip of shells."""
         rig, macro = run.rig, run.model.macro
         gauge = rig.gauge_length_mm
@@ -122,20 +130,20 @@ class Tensile(FabricTest[TensileRun]):
         contact = self_contact(run.fabric, macro, run.solver.safety)
         model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
         mount = TensileTest(run, pull_axis(run), gauge, middle=0.0)
-        return Prepared(model, mount, facts=_facts(run, specimen, mount, gauge + 2.0 * rig.jaw_length_mm))
+        return PreparedSpecimen(model, mount, facts=_facts(run, specimen, mount, gauge + 2.0 * rig.jaw_length_mm))
 
-    def mount_yarns(self, run: TensileRun, specimen: int, observer: Observer) -> Prepared:
+    def mount_yarns(self, run: TensileRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the strip of whole yarns and pitches."""
         direction, period = run.rig.direction, pitch(run, run.rig.direction)
         along = max(round(run.rig.gauge_length_mm / period), 1)
         whole = along + 2 * JAW_PITCHES
-        counts = along_and_across(direction, whole, yarns_across(run, direction, specimen))
-        piece = cut(run, *counts, specimen, observer, (direction, (JAW_PITCHES + 0.5) / whole))
+        counts = wale_course_counts(direction, whole, yarns_across(run, direction, specimen))
+        piece = cut_piece(run, *counts, specimen, observer, (direction, (JAW_PITCHES + 0.5) / whole))
         mount = TensileTest(run, pull_axis(run), along * period, 0.5 * whole * period)
         facts = _facts(run, specimen, mount, whole * period)
-        return Prepared(build_meso(run, piece.paths, piece.draws), mount, yarns=piece.table, facts=facts)
+        return PreparedSpecimen(build_meso(run, piece.paths, piece.draws), mount, yarns=piece.table, facts=facts)
 
-    def results(self, run: TensileRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: TensileRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Peak force, also per width, fracture strain, force per yarn; of shells the peak's uncertainty in time."""
         peak, facts = int(np.argmax(history.curve["force_n"])), prepared.facts
         force = float(history.curve["force_n"][peak])
@@ -150,18 +158,18 @@ class Tensile(FabricTest[TensileRun]):
             found["peak_time_error_pct"] = 100.0 * unresolved_peak(history.curve, passage)
         return found
 
-    def assess(self, run: TensileRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: TensileRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Evaluate the checks of every run and the uncertainty of the peak in time; the strip must fail."""
         quality = super().assess(run, prepared, history, cost)
         error = self.results(run, prepared, history).get("peak_time_error_pct", 0.0)
-        if error <= NEAR * UNRESOLVED or history.first_failure is None:
+        if error <= NEAR * PEAK_TIME_LIMIT or history.first_failure is None:
             return quality
-        speed = rounded_down(run.solver.speed * AIM * NEAR * UNRESOLVED / error)
+        speed = round_down(run.solver.speed * TARGET_SHARE * NEAR * PEAK_TIME_LIMIT / error)
         text = (
-            f"the peak force is uncertain by {error:.1f} % (limit {UNRESOLVED:g} %), as it still grows within "
+            f"the peak force is uncertain by {error:.1f} % (limit {PEAK_TIME_LIMIT:g} %), as it still grows within "
             f"{SAMPLES:g} samples or while a break travels to the clamps: try --set solver.speed={speed:g}"
         )
-        return quality.refusing(text) if error > UNRESOLVED else quality.warning(text)
+        return quality.with_failed_check(text) if error > PEAK_TIME_LIMIT else quality.with_warnings(text)
 
     def span(self, history: History) -> Span:
         """Return the span up to the first failure."""

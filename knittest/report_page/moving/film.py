@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.files import resource_error
 from knittest.export.shading import LOOKS
-from knittest.report_page.loading import load_run
+from knittest.report_page.loaded_run import load_run
 from knittest.report_page.moving.recording import Array, Recording, Scale, read_recording, scale_of, scales_of
 from knittest.report_page.moving.stage import Stage
 
@@ -88,13 +88,13 @@ def _write_gif(path: Path, images: Iterator[Image], fps: int, colours: Image) ->
 #: default images per second and width [pixel]; a GIF stores whole images, an MP4 only changes
 FPS, WIDTH = {".mp4": 15, ".gif": 10}, {".mp4": 960, ".gif": 640}
 #: seconds for which the last image is held
-LAST = 1.0
+LAST_IMAGE_SECONDS = 1.0
 #: images from which the colours of a GIF are chosen
-TYPICAL = 5
+SAMPLE_IMAGES = 5
 
 
 @dataclass(frozen=True)
-class Filmed:
+class FilmOptions:
     """Options of a film: ``colour`` is a field of the frames, ``height``, or empty for the first field; ``look`` is one
     of :data:`LOOKS`; ``seconds`` long at ``fps`` images per second, ``width`` pixels wide (default: of its format);
     with ``tools`` or without.
@@ -117,7 +117,7 @@ class Filmed:
                 raise InputError(f"{name} = {given:g}: expected {least:g} to {most:g}")
 
 
-def films(parent: Path, folders: Sequence[Path], out: Path | None) -> tuple[dict[Path, Path], str]:
+def film_paths(parent: Path, folders: Sequence[Path], out: Path | None) -> tuple[dict[Path, Path], str]:
     """Film of each run of ``folders`` in ``parent``, and a note without MP4; ``out`` is extended for several runs."""
     if out is None:
         mp4 = has_encoder()
@@ -129,26 +129,31 @@ def films(parent: Path, folders: Sequence[Path], out: Path | None) -> tuple[dict
     return {f: out.with_name(f"{out.stem}-{n}{out.suffix}") for f, n in zip(folders, names, strict=True)}, ""
 
 
-def animate(folder: Path, out: Path, filmed: Filmed | None = None) -> Path:
+def animate(folder: Path, out: Path, filmed: FilmOptions | None = None) -> Path:
     """Write the run in ``folder`` as the film ``out`` (.mp4 or .gif); returns its path.
 
     Raises :class:`InputError` for a folder without frames, an unknown field and another format, :class:`ResourceError`
     when the file cannot be written.
     """
-    filmed = filmed or Filmed()
+    filmed = filmed or FilmOptions()
     filmed.check()
     if out.suffix not in FORMATS:
         raise InputError(f"{out}: expected a name that ends with {' or '.join(FORMATS)}")
     run, recording = load_run(folder), read_recording(folder)
-    values, scale = _coloured(recording, filmed.colour)
+    values, scale = _colour_values(recording, filmed.colour)
     fps, width = filmed.fps or FPS[out.suffix], filmed.width or WIDTH[out.suffix]
     stage = Stage(run, recording, scale, filmed.look, width, filmed.tools)
     images = _images(stage, recording, values, max(2, round(fps * filmed.seconds)))
-    encode(out, _held(images, round(LAST * fps)), fps, _images(stage, recording, values, TYPICAL))
+    encode(
+        out,
+        _repeat_images(images, round(LAST_IMAGE_SECONDS * fps)),
+        fps,
+        _images(stage, recording, values, SAMPLE_IMAGES),
+    )
     return out
 
 
-def _coloured(recording: Recording, colour: str) -> tuple[Array, Scale]:
+def _colour_values(recording: Recording, colour: str) -> tuple[Array, Scale]:
     """Values (k, m) and scale of the field ``colour``, by default of the first field, else of the height."""
     height = recording.position[:, recording.cells, 2].mean(axis=2)
     known = scales_of(recording)
@@ -170,7 +175,7 @@ def _images(stage: Stage, recording: Recording, values: Array, count: int) -> It
         yield stage.image(position, np.where(alive[k], value, np.nan), moment)
 
 
-def _held(images: Iterator[Image], times: int) -> Iterator[Image]:
+def _repeat_images(images: Iterator[Image], times: int) -> Iterator[Image]:
     image = None
     for image in images:
         yield image

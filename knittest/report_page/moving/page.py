@@ -15,15 +15,15 @@ from knittest import __version__
 from knittest.base.errors import InputError
 from knittest.base.files import write_atomic
 from knittest.base.history import Body
-from knittest.report_page.loading import LoadedRun, load_run
+from knittest.report_page.loaded_run import LoadedRun, load_run
 from knittest.report_page.moving.recording import (
     Array,
     Recording,
     Scale,
-    diverging,
+    diverging_colours,
     read_recording,
     scales_of,
-    sequential,
+    sequential_colours,
 )
 from knittest.report_page.page import VIEW, refresh_report
 from knittest.report_page.pictures import data_uri
@@ -44,15 +44,15 @@ class Packer:
     def add(self, values: NDArray[np.integer], width: int) -> dict[str, Any]:
         """Add whole ``values`` (k, n, d) of ``width`` bytes (1, 2 or 4); returns their entry: place, width, shape."""
         entry = {"at": len(self.data), "width": width, "shape": list(values.shape)}
-        self.data += packed(values, width)
+        self.data += pack_values(values, width)
         return entry
 
-    def deflated(self) -> bytes:
+    def deflate(self) -> bytes:
         """All arrays in zlib's format."""
         return zlib.compress(bytes(self.data), 9)
 
 
-def packed(values: NDArray[np.integer], width: int) -> bytes:
+def pack_values(values: NDArray[np.integer], width: int) -> bytes:
     """Bytes of whole ``values`` (k, n, d): differences along two axes, folded to positive numbers, low bytes first."""
     bits = 8 * width
     rest: Any = np.diff(np.diff(values.astype(np.int64), axis=0, prepend=0), axis=1, prepend=0)
@@ -61,17 +61,17 @@ def packed(values: NDArray[np.integer], width: int) -> bytes:
     return b"".join(((folded >> (8 * k)) & 255).astype(np.uint8).tobytes() for k in range(width))
 
 
-def whole_positions(position: Array) -> tuple[NDArray[np.int64], Array, float]:
+def quantise_positions(position: Array) -> tuple[NDArray[np.int64], Array, float]:
     """Positions (..., 3) [mm] in whole steps from their lower corner (3,), and the step [mm]."""
     low = position.reshape(-1, 3).min(axis=0)
     step = float(np.ptp(position.reshape(-1, 3), axis=0).max()) / STEPS or 1.0
     return np.round((position - low) / step).astype(np.int64), low, step
 
 
-def packed_recording(recording: Recording, scales: dict[str, Scale]) -> tuple[dict[str, Any], bytes]:
+def pack_recording(recording: Recording, scales: dict[str, Scale]) -> tuple[dict[str, Any], bytes]:
     """Header for JSON and deflated numbers, for the script of the page."""
     packer = Packer()
-    values, low, step = whole_positions(recording.position)
+    values, low, step = quantise_positions(recording.position)
     alive = recording.fields.get("alive", np.ones((len(recording.time), len(recording.cells)))) > 0.5
     cells = np.column_stack([recording.cells, recording.part])
     micrometres = np.round(1e3 * recording.radius).astype(np.int64)
@@ -89,13 +89,13 @@ def packed_recording(recording: Recording, scales: dict[str, Scale]) -> tuple[di
             {**vars(scale), "codes": packer.add(scale.codes(recording.fields[name])[:, :, None], 1)}
             for name, scale in scales.items()
         ],
-        "bodies": [_body(body, packer) for body in recording.bodies],
+        "bodies": [_pack_body(body, packer) for body in recording.bodies],
     }
-    return header, packer.deflated()
+    return header, packer.deflate()
 
 
-def _body(body: Body, packer: Packer) -> dict[str, Any]:
-    values, low, step = whole_positions(body.points)
+def _pack_body(body: Body, packer: Packer) -> dict[str, Any]:
+    values, low, step = quantise_positions(body.points)
     return {
         "name": body.name,
         "low": low.tolist(),
@@ -108,19 +108,19 @@ def _body(body: Body, packer: Packer) -> dict[str, Any]:
 
 
 GENERATOR = "knittest view"
-HERE = Path(__file__).parent
-THREE, VERSION = HERE / "vendor" / "three", "0.170.0"
+FOLDER = Path(__file__).parent
+THREE, VERSION = FOLDER / "vendor" / "three", "0.170.0"
 #: modules of the page by their import name
 MODULES = {
     "three": THREE / "three.module.min.js",
     "orbit": THREE / "OrbitControls.js",
-    **{name: HERE / "page_files" / f"{name}.js" for name in ("decode", "shaders", "scene")},
+    **{name: FOLDER / "page_files" / f"{name}.js" for name in ("decode", "shaders", "scene")},
 }
 #: points, width and height of the small curve
 CURVE_POINTS, WIDE, HIGH = 400, 200.0, 84.0
 
 
-def view(folder: Path, frames: int | None = None) -> Path:
+def write_view(folder: Path, frames: int | None = None) -> Path:
     """Write the interactive view of a run folder, of ``frames`` frames at most, and link it in the report.
 
     Returns its path. Raises :class:`InputError` for a folder without a run or frames, :class:`ResourceError` when the
@@ -131,9 +131,12 @@ def view(folder: Path, frames: int | None = None) -> Path:
     run = load_run(folder)
     recording = read_recording(folder)
     if frames is not None:
-        recording = recording.thinned(frames)
-    header, data = packed_recording(recording, scales_of(recording))
-    header |= {"maps": {"sequential": sequential(), "diverging": diverging()}, **_curve(run, recording.time)}
+        recording = recording.with_fewer_frames(frames)
+    header, data = pack_recording(recording, scales_of(recording))
+    header |= {
+        "maps": {"sequential": sequential_colours(), "diverging": diverging_colours()},
+        **_curve(run, recording.time),
+    }
     page = folder / VIEW
     write_atomic(page, _html(run, header, data))
     refresh_report(folder)
@@ -143,7 +146,7 @@ def view(folder: Path, frames: int | None = None) -> Path:
 def _html(run: LoadedRun, header: Mapping[str, Any], data: bytes) -> str:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    loader = FileSystemLoader(HERE / "page_files")
+    loader = FileSystemLoader(FOLDER / "page_files")
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     curve = header["curve"]
     return environment.get_template("view.html").render(
@@ -154,8 +157,8 @@ def _html(run: LoadedRun, header: Mapping[str, Any], data: bytes) -> str:
         header=json.dumps(header, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c"),
         data=base64.b64encode(data).decode("ascii"),
         imports=json.dumps({"imports": {n: data_uri(p.read_bytes(), "text/javascript") for n, p in MODULES.items()}}),
-        style=(HERE / "page_files" / "view.css").read_text(encoding="utf-8"),
-        script=(HERE / "page_files" / "app.js").read_text(encoding="utf-8"),
+        style=(FOLDER / "page_files" / "view.css").read_text(encoding="utf-8"),
+        script=(FOLDER / "page_files" / "app.js").read_text(encoding="utf-8"),
         generator=GENERATOR,
         version=__version__,
         three=VERSION,
@@ -171,7 +174,7 @@ def notices(run: LoadedRun) -> list[str]:
     )
 
 
-def timed(run: LoadedRun, time: np.ndarray) -> bool:
+def has_curve_time(run: LoadedRun, time: np.ndarray) -> bool:
     """Tell whether ``time`` (k,) [ms] of the frames is the time of the curve, unlike in a static test."""
     columns = run.curve
     return "time_ms" in columns and len(time) > 1 and bool(time[-1] <= columns["time_ms"].max() * 1.01)
@@ -180,7 +183,7 @@ def timed(run: LoadedRun, time: np.ndarray) -> bool:
 def _curve(run: LoadedRun, time: np.ndarray) -> dict[str, Any]:
     """Curve of the run for ``time`` (k,) [ms] of the frames, and whether both have the same time."""
     axes = run.report.axes if run.report else None
-    columns, in_time = run.curve, timed(run, time)
+    columns, in_time = run.curve, has_curve_time(run, time)
     if not in_time or axes is None or not {axes.x, axes.y} <= set(columns):
         return {"timed": in_time, "curve": None}
     t, x, y = (columns[name] for name in ("time_ms", axes.x, axes.y))

@@ -12,17 +12,17 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.files import read_regular
 from knittest.base.history import Body
-from knittest.export.shading import View, nearest
+from knittest.export.shading import View, render_triangles
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 COLLECTION = "frames.pvd"
 MAX_COLLECTION, MAX_FRAME = 5_000_000, 2_000_000_000
 #: fields that describe the elements, not their state
-FIXED = ("part", "yarn", "radius")
+MESH_FIELDS = ("part", "yarn", "radius")
 KINDS = {"line": "beams", "quad": "shells"}
 #: rounding of positions [mm]
-SHIFTED = 1e-6
+SHIFT_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -42,13 +42,13 @@ class Recording:
     fields: dict[str, Array]
     bodies: tuple[Body, ...] = ()
 
-    def thinned(self, most: int) -> "Recording":
+    def with_fewer_frames(self, most: int) -> "Recording":
         """The same with ``most`` frames at most, evenly spaced by number from the first to the last."""
         if len(self.time) <= most:
             return self
         kept = np.unique(np.round(np.linspace(0, len(self.time) - 1, most)).astype(int))
         fields = {name: values[kept] for name, values in self.fields.items()}
-        bodies = tuple(body.at_frames(kept) for body in self.bodies)
+        bodies = tuple(body.select_frames(kept) for body in self.bodies)
         return replace(self, time=self.time[kept], position=self.position[kept], fields=fields, bodies=bodies)
 
     def around(self, time: float) -> tuple[int, int, float]:
@@ -60,7 +60,7 @@ class Recording:
 
     def bodies_at(self, time: float) -> list[Body]:
         """The ``bodies`` at one ``time`` [ms], interpolated between frames."""
-        return [body.between(*self.around(time)) for body in self.bodies]
+        return [body.interpolate(*self.around(time)) for body in self.bodies]
 
 
 class Entry(NamedTuple):
@@ -126,13 +126,13 @@ def _recording(meshes: Sequence[Any], paths: Sequence[Path], time: Array, part_n
     first = meshes[0]
     cells = first.cells[0].data
     kind = KINDS.get(first.cells[0].type, "")
-    if not kind or any(name not in first.cell_data for name in FIXED):
-        raise InputError(f"{paths[0]}: not a frame of knittest: expected beams or shells with {', '.join(FIXED)}")
+    if not kind or any(name not in first.cell_data for name in MESH_FIELDS):
+        raise InputError(f"{paths[0]}: not a frame of knittest: expected beams or shells with {', '.join(MESH_FIELDS)}")
     for mesh, path in zip(meshes, paths, strict=True):
         same = mesh.points.shape == first.points.shape and np.array_equal(mesh.cells[0].data, cells)
         if not same or mesh.cell_data.keys() != first.cell_data.keys():
             raise InputError(f"{path}: has other nodes, elements or fields than {paths[0].name}; run the test again")
-    names = [name for name in first.cell_data if name not in FIXED]
+    names = [name for name in first.cell_data if name not in MESH_FIELDS]
     fields = {name: np.array([mesh.cell_data[name][0] for mesh in meshes], float) for name in names}
     part, radius = (np.asarray(first.cell_data[name][0]) for name in ("part", "radius"))
     if len(part_names) <= part.max():
@@ -159,10 +159,10 @@ def _bodies(entries: Sequence[Entry], time: Array) -> tuple[Body, ...]:
         points, places = np.asarray(points, float), [np.asarray(mesh.points, float) for mesh in meshes]
         offset, turn = np.array([place[0] - points[0] for place in places]), None
         moved = [points + one for one in offset]
-        if not np.allclose(places, moved, rtol=0.0, atol=SHIFTED):  # it turns, or is sheared
+        if not np.allclose(places, moved, rtol=0.0, atol=SHIFT_TOLERANCE):  # it turns, or is sheared
             known = np.column_stack([points, np.ones(len(points))])
             solved = np.array([np.linalg.lstsq(known, place, rcond=None)[0] for place in places])
-            if not np.allclose([known @ one for one in solved], places, rtol=0.0, atol=SHIFTED):
+            if not np.allclose([known @ one for one in solved], places, rtol=0.0, atol=SHIFT_TOLERANCE):
                 raise InputError(f"{own[0].path}: tool {name!r} changes its shape; run the test again")
             offset, turn = solved[:, 3], solved[:, :3].transpose(0, 2, 1)
         found.append(Body(name, points, triangles, offset, turn))
@@ -190,7 +190,7 @@ class ToolLayers:
         found = [self._moved(k, body) for k, body in enumerate(moved)]
         found.sort(key=lambda layer: float(layer[0].max()))
         behind = [(image, top <= height) for top, image in found]
-        return _blended(behind), _blended([(image, ~under) for image, under in behind])
+        return _blend_layers(behind), _blend_layers([(image, ~under) for image, under in behind])
 
     def _moved(self, number: int, body: Body) -> tuple[Array, Array]:
         """Height and image of tool ``number`` at the place of ``body``."""
@@ -204,7 +204,7 @@ class ToolLayers:
 
 def _layer(points: Array, triangles: NDArray[np.int64], view: View) -> tuple[Array, Array]:
     """Height (rows, columns) and RGBA image (rows, columns, 4) of a tool with its outlines and creases."""
-    height, light = nearest(points[triangles], view)
+    height, light = render_triangles(points[triangles], view)
     edges = np.zeros(light.shape, bool)
     edges[1:] |= np.abs(np.diff(light, axis=0)) > STEP
     edges[:, 1:] |= np.abs(np.diff(light, axis=1)) > STEP
@@ -214,7 +214,7 @@ def _layer(points: Array, triangles: NDArray[np.int64], view: View) -> tuple[Arr
     return height, image
 
 
-def _blended(layers: Sequence[tuple[Array, NDArray[np.bool_]]]) -> Array:
+def _blend_layers(layers: Sequence[tuple[Array, NDArray[np.bool_]]]) -> Array:
     """RGBA images blended on top of each other, each where its mask (rows, columns) is set."""
     result = np.zeros_like(layers[0][0])
     for image, shown in layers:
@@ -242,9 +242,9 @@ FIRST = {"axial_force": 0.0, "shear_angle": 0.1}
 #: rounding of a field, by unit
 ROUNDING = {"N": 1e-6, "N/mm": 1e-6, "%": 1e-6, "°": 1e-4}
 #: share of the element values within the scale, so that a few recoiling ends do not set it [%]
-TOLD_APART = 99.8
+SCALE_PERCENTILE = 99.8
 #: share of the largest value below which negative values are ignored, so that the scale starts at 0
-ONE_SIDED = 0.01
+ONE_SIDED_SHARE = 0.01
 #: codes 1 to 255 are values, 0 is none
 CODES = 254
 
@@ -284,12 +284,12 @@ def scale_of(name: str, values: Array, alive: Array | None = None) -> Scale | No
     """Scale of the field ``name`` with ``values`` (k, m) of ``alive`` elements; None for rounding."""
     label, unit, factor = LABELS.get(name, (name.replace("_", " "), "", 1.0))
     known = factor * values[np.isfinite(values) if alive is None else np.isfinite(values) & (alive > 0.5)]
-    limit = float(np.percentile(np.abs(known), TOLD_APART)) if known.size else 0.0
+    limit = float(np.percentile(np.abs(known), SCALE_PERCENTILE)) if known.size else 0.0
     limit = limit or float(np.abs(known).max(initial=0.0))
     if limit <= ROUNDING.get(unit, 0.0):
         return None
     least, largest = float(known.min()), float(known.max())
-    signed = least < -ONE_SIDED * max(limit, largest)
+    signed = least < -ONE_SIDED_SHARE * max(limit, largest)
     return Scale(label, unit, factor, -limit if signed else 0.0, limit, signed, least, largest)
 
 
@@ -302,31 +302,31 @@ TO_XYZ = np.array(
 )
 
 
-def sequential() -> list[str]:
+def sequential_colours() -> list[str]:
     """Colours of positive values as ``#rrggbb``: viridis of matplotlib, uniform in CAM02-UCS."""
     import matplotlib
 
-    return _hex(matplotlib.colormaps["viridis"](np.linspace(0.0, 1.0, SIZE))[:, :3])
+    return _hex_colours(matplotlib.colormaps["viridis"](np.linspace(0.0, 1.0, SIZE))[:, :3])
 
 
-def diverging() -> list[str]:
+def diverging_colours() -> list[str]:
     """Colours of signed values as ``#rrggbb``: Moreland's blue to red, both arms in equal steps of CIELAB."""
     import matplotlib
 
-    return _hex(evened(lambda place: matplotlib.colormaps["coolwarm"](place)[:, :3]))
+    return _hex_colours(respace_colours(lambda place: matplotlib.colormaps["coolwarm"](place)[:, :3]))
 
 
-def evened(colours: Callable[[Array], Array]) -> Array:
+def respace_colours(colours: Callable[[Array], Array]) -> Array:
     """Colours (:data:`SIZE`, 3) of a map of places 0 to 1 with equal steps in CIELAB in both halves."""
     arms = []
     for start, end in ((0.0, 0.5), (0.5, 1.0)):
         place = np.linspace(start, end, 129)
-        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(lab(colours(place)), axis=0), axis=1))])
+        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(to_cielab(colours(place)), axis=0), axis=1))])
         arms.append(np.interp(np.linspace(0.0, length[-1], SIZE // 2), length, place))
     return colours(np.concatenate(arms))
 
 
-def lab(rgb: Array) -> Array:
+def to_cielab(rgb: Array) -> Array:
     """CIELAB (n, 3) of sRGB ``rgb`` (n, 3), 0 to 1."""
     linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
     t = linear @ TO_XYZ.T / WHITE
@@ -334,7 +334,7 @@ def lab(rgb: Array) -> Array:
     return np.column_stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])])
 
 
-def _hex(rgb: Array) -> list[str]:
+def _hex_colours(rgb: Array) -> list[str]:
     from matplotlib.colors import to_hex
 
     return [to_hex(colour) for colour in rgb]

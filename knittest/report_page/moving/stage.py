@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from knittest.base.figure import RED, new_figure
-from knittest.export.shading import View, drawn_tubes, nearest, shaded, sight
-from knittest.report_page.loading import LoadedRun
-from knittest.report_page.moving.page import notices, timed
+from knittest.export.shading import View, render_triangles, shade_quads, tube_canvas, view_axes
+from knittest.report_page.loaded_run import LoadedRun
+from knittest.report_page.moving.page import has_curve_time, notices
 from knittest.report_page.moving.recording import Array, Recording, Scale, ToolLayers
 
 Image = NDArray[np.uint8]
@@ -24,9 +24,9 @@ SEAM = 0.2
 #: room for the colour bar and for the clock, width of a letter of a notice and height of its lines [inch]
 BAR, CLOCK, LETTER, LINE = 1.15, 1.1, 0.062, 0.16
 #: length over width above which a specimen is seen across its length
-LONG = 1.5
+LENGTH_RATIO = 1.5
 #: subdivision of the pixels of yarns, so that thin yarns stay smooth
-FINER = 2
+TUBE_REFINEMENT = 2
 #: triangles of a quadrilateral
 HALVES = [[0, 1, 2], [0, 2, 3]]
 
@@ -42,7 +42,7 @@ class Stage:
         self._recording, self._scale = recording, scale
         across, along = np.ptp(recording.position.reshape(-1, 3), axis=0)[:2]
         # along y, a long specimen would hide behind its end
-        self._sight = sight(look, turned=look != "top" and bool(along > LONG * across))
+        self._sight = view_axes(look, turned=look != "top" and bool(along > LENGTH_RATIO * across))
         self._norm = Normalize(scale.low, scale.high, clip=True)
         self._map = colormaps["coolwarm" if scale.signed else "viridis"]
         bodies = recording.bodies if tools else ()
@@ -61,7 +61,7 @@ class Stage:
         shown = self._figure.colorbar(ScalarMappable(self._norm, self._map), cax=bar, extend=cut[ends])
         shown.set_label(scale.label + unit, fontsize=9)
         self._clock = self._figure.text(0.98, 0.02, "", ha="right", fontsize=9, family="monospace")
-        self._timed = timed(run, recording.time)
+        self._timed = has_curve_time(run, recording.time)
         self._drawn: list[Any] = []
 
     def image(self, position: Array, value: Array, time: float) -> Image:
@@ -83,20 +83,22 @@ class Stage:
         return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
     def _tubes(self, ends: Array, colour: Array, kept: NDArray[np.bool_]) -> Array:
-        fine = replace(self._view, pixel=self._view.pixel / FINER)
-        canvas = drawn_tubes(ends[:, 0], ends[:, 1], self._recording.radius[kept], colour, fine)
+        fine = replace(self._view, pixel=self._view.pixel / TUBE_REFINEMENT)
+        canvas = tube_canvas(ends[:, 0], ends[:, 1], self._recording.radius[kept], colour, fine)
         rows, columns = self._view.shape
         blocks = (rows, canvas.rows // rows, columns, canvas.columns // columns)
-        self._show(_mean(canvas.image.reshape(*blocks, 4)), 1.0)
+        self._show(_mean_pixels(canvas.image.reshape(*blocks, 4)), 1.0)
         return canvas.height.reshape(blocks).max(axis=(1, 3))
 
     def _shells(self, corners: Array, colour: Array, kept: NDArray[np.bool_]) -> Array:
         from matplotlib.collections import PolyCollection
 
-        places, shown = shaded(corners, colour)
+        places, shown = shade_quads(corners, colour)
         drawn = PolyCollection(list(places), facecolor=shown, edgecolor=shown, linewidth=self._line, zorder=1.0)
         self._drawn.append(self._axes.add_collection(drawn))
-        return nearest(corners[:, HALVES].reshape(-1, 3, 3), self._view)[0] if self._with_tools else np.zeros(())
+        return (
+            render_triangles(corners[:, HALVES].reshape(-1, 3, 3), self._view)[0] if self._with_tools else np.zeros(())
+        )
 
     def _show(self, image: Array, order: float) -> None:
         if image.size:
@@ -125,7 +127,7 @@ def _view(axes: Any) -> View:
     return View(left, left + whole[1] * pixel, bottom, bottom + whole[0] * pixel, pixel)
 
 
-def _mean(blocks: Array) -> Array:
+def _mean_pixels(blocks: Array) -> Array:
     """Mean of RGBA pixels (rows, k, columns, k, 4) over their blocks, weighted by opacity."""
     alpha = blocks[..., 3:].sum(axis=(1, 3))
     colour = (blocks[..., :3] * blocks[..., 3:]).sum(axis=(1, 3)) / np.maximum(alpha, 1e-12)

@@ -14,21 +14,27 @@ from knittest.base.kinds import kinds
 from knittest.base.layout import width_of
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
-from knittest.experiment.origin import borrowed
+from knittest.experiment.origin import borrowed_curves
 from knittest.kernels.threading import best_threads
+from knittest.runs.preflight.measured_counterparts import (
+    Counterpart,
+    add_owner,
+    summary_line,
+    table_lines,
+    test_counterparts,
+)
 from knittest.runs.preflight.model import (
+    duration_text,
     estimate,
     model_facts,
     model_lines,
     rig_lines,
     rigs_of,
-    rounded,
     speed_study,
 )
-from knittest.runs.preflight.of_tests import Counterpart, summary_line, table_lines, test_counterparts, with_owner
-from knittest.runs.preflight.of_yarns import derived_lines, derived_numbers, yarn_counterparts
-from knittest.runs.show import print_json, print_text
+from knittest.runs.preflight.yarn_counterparts import derived_lines, derived_numbers, yarn_counterparts
 from knittest.runs.specimen import prepare
+from knittest.runs.terminal_output import print_json, print_text
 
 
 @dataclass(frozen=True)
@@ -47,10 +53,10 @@ def check_command(runs: Sequence[Run], options: CheckOptions, cells: Sequence[Ru
     numba.set_num_threads(best_threads(options.threads))
     say = (lambda lines: None) if options.as_json else print_text
     passed, models, fabric = True, [], runs[0].fabric
-    card = _card(cells, options)
+    card = _card_lines(cells, options)
     say(card)
     for run in runs if not cells else ():
-        lines, facts = _model(run, options)
+        lines, facts = _check_model(run, options)
         models.append(facts)
         say(lines)
         if options.convergence:
@@ -61,7 +67,7 @@ def check_command(runs: Sequence[Run], options: CheckOptions, cells: Sequence[Ru
     rows = counterparts(fabric)
     say(derived_lines(fabric))
     say([f"{fabric.name}: values of the fabric file and their counterparts", *table_lines(rows, width_of(sys.stdout))])
-    say([summary_line(rows), *taken_over(fabric), *rig_lines(fabric)])
+    say([summary_line(rows), *borrowed_curve_lines(fabric), *rig_lines(fabric)])
     if options.as_json:
         print_json(
             {
@@ -69,14 +75,14 @@ def check_command(runs: Sequence[Run], options: CheckOptions, cells: Sequence[Ru
                 "derived": {name: q.model_dump() for name, q in derived_numbers(fabric).items()},
                 "card": card,
                 "counterparts": [row.as_json() for row in rows],
-                "assumed_curves": borrowed(fabric),
+                "assumed_curves": borrowed_curves(fabric),
                 "rigs": rigs_of(fabric),
             }
         )
     return 0 if passed else OutOfTolerance.exit_code
 
 
-def _card(cells: Sequence[Run], options: CheckOptions) -> list[str]:
+def _card_lines(cells: Sequence[Run], options: CheckOptions) -> list[str]:
     if not cells:
         return []
     name, parallel = cells[0].fabric.name, min(numba.get_num_threads(), len(cells))
@@ -86,24 +92,24 @@ def _card(cells: Sequence[Run], options: CheckOptions) -> list[str]:
     ]
     if options.timed:
         times = [time.seconds for cell in cells if (time := estimate(cell, prepare(cell))) is not None]
-        lines.append(f"  time                   about {rounded(sum(times) / parallel)}, once")
+        lines.append(f"  time                   about {duration_text(sum(times) / parallel)}, once")
     return [*lines, "  macro model            can be checked after the card has been derived"]
 
 
-def taken_over(fabric: Fabric) -> list[str]:
+def borrowed_curve_lines(fabric: Fabric) -> list[str]:
     """A line for each curve of ``fabric`` whose header names another fabric."""
     return [
         f"{field}: its header names {owner}, so it is assumed for {fabric.name}"
-        for field, owner in borrowed(fabric).items()
+        for field, owner in borrowed_curves(fabric).items()
     ]
 
 
 def counterparts(fabric: Fabric) -> list[Counterpart]:
     """All counterparts of the values of ``fabric``."""
-    return [with_owner(row, fabric) for row in (*test_counterparts(fabric), *yarn_counterparts(fabric))]
+    return [add_owner(row, fabric) for row in (*test_counterparts(fabric), *yarn_counterparts(fabric))]
 
 
-def _model(run: Run, options: CheckOptions) -> tuple[list[str], dict[str, Any]]:
+def _check_model(run: Run, options: CheckOptions) -> tuple[list[str], dict[str, Any]]:
     kind = kinds()[run.rig.kind]
     checked, numbers = kind.load("checked")(run, options.folder) if kind.checked else ([], None)
     start = clock.perf_counter()

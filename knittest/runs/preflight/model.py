@@ -8,27 +8,27 @@ from typing import Any, cast
 from knittest.base.errors import NumericalError
 from knittest.base.history import OVERLAP_COUNTS
 from knittest.base.kinds import kinds
-from knittest.config.doubtful import doubts
 from knittest.config.fabric import Fabric
-from knittest.config.loading import DIRECTIONS, own_fields, own_value, taken_over
+from knittest.config.loading import DIRECTIONS, other_direction_fields, rig_default_paths, rig_default_value
 from knittest.config.run import Run
-from knittest.config.sources import numbers_of
-from knittest.kernels.threading import limited
-from knittest.laboratory.after_rest import SPEED, at_result_speed, kept_speed
-from knittest.laboratory.base import Holder, Prepared
-from knittest.laboratory.halving import changes, halving
+from knittest.config.sources import parameter_set_text
+from knittest.config.suspicious_values import find_suspicious_values
+from knittest.kernels.threading import limit_threads
+from knittest.laboratory.base import PreparedSpecimen, StaticMount
+from knittest.laboratory.halved_setting import changes, halve_setting
+from knittest.laboratory.restart import SPEED, has_configured_speed, with_result_speed
 from knittest.models.boundary import Boundary
 from knittest.report_page.parameters import unit_of
 from knittest.runs.specimen import run_specimen, threads_for
-from knittest.solve.compiling import warm
-from knittest.solve.simulate import simulate
+from knittest.solve.compilation import load_kernels
+from knittest.solve.simulation import simulate
 from knittest.solve.state import Observer, Rig
 
 #: approximate bytes per node in all arrays
 BYTES_PER_NODE = 900
 
 
-def model_facts(run: Run, prepared: Prepared) -> dict[str, Any]:
+def model_facts(run: Run, prepared: PreparedSpecimen) -> dict[str, Any]:
     """Numbers of the ``prepared`` model of ``run``, with units in their names; overlaps for the meso scale."""
     model = prepared.model
     overlaps = model.prepare()
@@ -51,7 +51,7 @@ def model_facts(run: Run, prepared: Prepared) -> dict[str, Any]:
         "steps_at_most": int(prepared.duration / step),
         "duration_ms": prepared.duration,
         "arrays_mb": model.n_nodes * BYTES_PER_NODE / 1e6,
-        "notes": [*prepared.notes, *doubts(run)],
+        "notes": [*prepared.notes, *find_suspicious_values(run)],
     }
     if run.model.scale == "meso":
         facts |= {
@@ -67,7 +67,7 @@ def model_lines(run: Run, facts: Mapping[str, Any]) -> list[str]:
     specimen = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in facts["specimen"].items())
     given = run.fabric.area_mass
     lines = [
-        f"{facts['fabric']} ({numbers_of(facts['parameters'])}), {what}, {facts['scale']}, {facts['preset']}",
+        f"{facts['fabric']} ({parameter_set_text(facts['parameters'])}), {what}, {facts['scale']}, {facts['preset']}",
         f"  specimen               {specimen}",
         f"  elements, nodes        {facts['elements']}, {facts['nodes']}",
         f"  mass                   {facts['mass_g']:.3f} g, {facts['area_mass_g_m2']:.0f} g/m2 ({given.source} "
@@ -90,9 +90,9 @@ def rigs_of(fabric: Fabric) -> list[dict[str, Any]]:
     found = []
     for kind in fabric.rigs:
         for direction in DIRECTIONS if kinds()[kind].directional else ("",):
-            fields = own_fields(fabric.rigs[kind], kind, direction)
-            values = {name: own_value(fabric, kind, at) for name, at in fields.items()}
-            assumed = taken_over(fabric, kind, direction)
+            fields = rig_default_paths(fabric.rigs[kind], kind, direction)
+            values = {name: rig_default_value(fabric, kind, at) for name, at in fields.items()}
+            assumed = other_direction_fields(fabric, kind, direction)
             found.append({"test": kind, "direction": direction, "fields": values, "assumed": assumed})
     return found
 
@@ -113,9 +113,9 @@ def rig_lines(fabric: Fabric) -> list[str]:
 def speed_study(run: Run) -> tuple[list[str], bool]:
     """Lines on the results of ``run`` at full and half speed, and whether the first result is converged."""
     fast = run_specimen(run).results
-    study = halving(at_result_speed(run, fast))
+    study = halve_setting(with_result_speed(run, fast))
     slow = run_specimen(study.half).results
-    if not kept_speed(study.half, slow):
+    if not has_configured_speed(study.half, slow):
         raise NumericalError(f"{study.setting} {0.5 * study.value:g}: restarted at a lower speed, so not comparable")
     found = changes(fast, slow)
     heads = [f"{value:g} {study.unit}".removesuffix(" -") for value in (study.value, 0.5 * study.value)]
@@ -153,9 +153,10 @@ class Estimate:
         """Estimate as a sentence."""
         each = f"{self.specimens} specimens x " if self.specimens > 1 else ""
         return (
-            f"about {rounded(self.seconds)}: {each}{self.steps_expected} steps of {1e3 * self.seconds_per_step:.3g} ms "
+            f"about {duration_text(self.seconds)}: {each}{self.steps_expected} steps of "
+            f"{1e3 * self.seconds_per_step:.3g} ms "
             f"(mean of {self.steps_timed} steps) on {self.threads} thread{'s' * (self.threads > 1)}; plus "
-            f"{rounded(self.preparation_s)} for preparation (then cached), and pictures and report"
+            f"{duration_text(self.preparation_s)} for preparation (then cached), and pictures and report"
         )
 
     def as_json(self) -> dict[str, object]:
@@ -163,7 +164,7 @@ class Estimate:
         return {"seconds": self.seconds, **asdict(self)}
 
 
-class _Brief:
+class _TimedRig:
     """The ``rig``, which ends as soon as enough steps are timed; ``times`` are those of its samples."""
 
     def __init__(self, rig: Rig) -> None:
@@ -212,20 +213,20 @@ class _Stopwatch(Observer):
         self._times.append((time_ms, clock.perf_counter()))
 
 
-def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate | None:
+def estimate(run: Run, prepared: PreparedSpecimen, prepared_s: float = 0.0) -> Estimate | None:
     """Time the first steps of ``prepared``, the model of ``run``; None for a test that ends in static equilibrium.
 
     Compiles what the run needs; ``prepared_s`` [s] is the time its model took. The model has moved afterwards. Rows are
     at most :data:`STEPS` long, so that timing ends however many steps the run has.
     """
-    if isinstance(prepared.mount, Holder):
+    if isinstance(prepared.mount, StaticMount):
         return None
     threads = threads_for(len(prepared.model.mesh.cells))
-    compiled_s = warm(run, threads=threads)
-    rig = _Brief(prepared.rig)
+    compiled_s = load_kernels(run, threads=threads)
+    rig = _TimedRig(prepared.rig)
     rows = prepared.rig.duration / (run.solver.safety * prepared.model.critical_step * STEPS)
     output = run.output.model_copy(update={"samples": max(run.output.samples, round(rows))})
-    with limited(threads):
+    with limit_threads(threads):
         start = clock.perf_counter()
         simulate(prepared.model, cast("Rig", rig), run.solver, output, _Stopwatch(rig.times))
     at_most = int(prepared.rig.duration / rig.step)
@@ -236,13 +237,13 @@ def estimate(run: Run, prepared: Prepared, prepared_s: float = 0.0) -> Estimate 
     )  # fmt: skip
 
 
-def expected_share(run: Run, prepared: Prepared) -> float:
+def expected_share(run: Run, prepared: PreparedSpecimen) -> float:
     """Share of the rig's motion at which the specimen is expected to fail; 1 without failure."""
     kind = kinds()[run.rig.kind]
     return float(kind.load("lasting")(run, prepared)) if kind.lasting else 1.0
 
 
-def rounded(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """Duration with two digits, in seconds, minutes or hours."""
     if seconds < 90.0:
         return f"{seconds:.2g} s"

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from knittest.base.errors import InputError, NumericalError
-from knittest.base.figure import Stamp, stamped
+from knittest.base.figure import Stamp, use_stamp
 from knittest.base.files import resource_error, write_atomic
 from knittest.config.yaml_loader import load_yaml
 from knittest.export.lock import slug
@@ -23,16 +23,23 @@ from knittest.studies.batch.picture import CHOICES, overview_picture
 from knittest.studies.batch.plan import Plan, Row, plan_of
 from knittest.studies.trials.page import TABLE
 from knittest.studies.trials.pool import LocalPool, Pool
-from knittest.studies.trials.runner import LEDGER, Studied, StudyOptions, resumable, run_shown, study_folder
+from knittest.studies.trials.runner import (
+    LEDGER,
+    StudyOptions,
+    StudyResult,
+    handle_signals,
+    run_with_overview,
+    study_folder,
+)
 from knittest.studies.trials.trial import MEANING, Record, Trial, read_ledgers
 
 SCRIPT = "batch.slurm"
 #: seconds of a share apart from its runs: start, kernels, table
-UPKEEP = 300.0
+UPDATE_INTERVAL = 300.0
 #: seconds before the end of the job at which Slurm asks the runs to save checkpoints
-WARNED = 120
+WARNING_SECONDS = 120
 #: larger sweeps need a confirmation
-MANY = 10_000
+LARGE_SWEEP = 10_000
 TEMPLATE = """#!/bin/bash
 #SBATCH --job-name={name}
 #SBATCH --array=1-{shares}
@@ -58,9 +65,9 @@ def write_script(sweep: Path, folder: Path, shares: int, runs: int, limit: float
         str(Path(sys.executable).with_name("knittest")), "batch", str(sweep.resolve()), "--out", str(folder.resolve()),
         "--workers", str(workers), "--threads", str(threads), "--quiet", "--yes",
     ]  # fmt: skip
-    time = math.ceil(math.ceil(math.ceil(runs / shares) / workers) * limit + UPKEEP)
+    time = math.ceil(math.ceil(math.ceil(runs / shares) / workers) * limit + UPDATE_INTERVAL)
     text = TEMPLATE.format(
-        name=folder.name, shares=shares, runs=runs, limit=limit, cores=workers * threads, warned=WARNED,
+        name=folder.name, shares=shares, runs=runs, limit=limit, cores=workers * threads, warned=WARNING_SECONDS,
         time=f"{time // 3600}:{time // 60 % 60:02d}:{time % 60:02d}", log=folder.resolve() / "slurm-%a.log",
         here=shlex.quote(str(Path.cwd())), command=shlex.join(command),
     )  # fmt: skip
@@ -81,13 +88,15 @@ class BatchOptions(StudyOptions):
     parquet: bool = False
 
 
-def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -> Studied:
+def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -> StudyResult:
     """Run or resume the sweep in ``path``, a large one if ``agree`` confirms; raises :class:`InputError` first."""
     if options.parquet and find_spec("pyarrow") is None:
         raise InputError("--parquet: pyarrow is not installed: pip install 'knittest[parquet]'")
     plan = plan_of(load_yaml(path), options.accept_limits)
-    if plan.count > MANY and not agree(f"{path}: {plan.count:,} runs, more than {MANY:,}"):
-        raise InputError(f"{path}: {plan.count:,} runs, more than {MANY:,}: confirm with --yes or reduce the sweep")
+    if plan.count > LARGE_SWEEP and not agree(f"{path}: {plan.count:,} runs, more than {LARGE_SWEEP:,}"):
+        raise InputError(
+            f"{path}: {plan.count:,} runs, more than {LARGE_SWEEP:,}: confirm with --yes or reduce the sweep"
+        )
     rows, limit = plan.rows(), plan.sweep.time_limit
     distinct = {row.trial.key: row.trial for row in rows if row.trial}
     mine = list(distinct.values())
@@ -101,13 +110,13 @@ def run_batch(path: Path, options: BatchOptions, agree: Callable[[str], bool]) -
         each = (options.workers or 1, options.threads or 1)
         script = write_script(path, folder, options.slurm or 1, len(mine), limit, each)
         print(shlex.join(["sbatch", str(script)]))
-        return Studied(folder, 0)
+        return StudyResult(folder, 0)
     ledger = LEDGER if options.shard is None else "ledger-{}-of-{}.jsonl".format(*options.shard)
     keep = RunOptions(quiet=True, frames=plan.sweep.keep == "frames", pictures=plan.sweep.keep != "tables")
-    with resumable(lambda: _write(plan, rows, folder, options)):
-        run_shown(mine, folder, pool, limit=limit, quiet=options.quiet, ledger=ledger, options=keep)
+    with handle_signals(lambda: _write(plan, rows, folder, options)):
+        run_with_overview(mine, folder, pool, limit=limit, quiet=options.quiet, ledger=ledger, options=keep)
         records = _write(plan, rows, folder, options)
-    return Studied(folder, _report(rows, records, mine, folder, options))
+    return StudyResult(folder, _report(rows, records, mine, folder, options))
 
 
 def _pool(options: BatchOptions) -> Pool:
@@ -120,7 +129,7 @@ def _pool(options: BatchOptions) -> Pool:
 
 def _write(plan: Plan, rows: Sequence[Row], folder: Path, options: BatchOptions) -> Mapping[str, Record]:
     """Write table, pictures and page of all known runs, of any process; one process at a time."""
-    with _exclusive(folder / ".results.lock"):
+    with _hold_lock(folder / ".results.lock"):
         records = read_ledgers(folder, lambda text: None)
         table = results_table(plan, rows, records)
         write_table(table, folder, options.parquet)
@@ -131,8 +140,8 @@ def _write(plan: Plan, rows: Sequence[Row], folder: Path, options: BatchOptions)
             bad = int((part["status"] == "refused").sum())
             verdict = f"{bad} of {len(part)} runs failed a quality check" if bad else "no run failed a quality check"
             name = "overview.png" if len(tests) == 1 else f"overview-{test}.png"
-            with stamped(Stamp(facts, verdict, bad=bad > 0)):
-                overview_picture(folder / name, part, plan.swept, f"{folder.name}: {test}, {len(part)} runs")
+            with use_stamp(Stamp(facts, verdict, bad=bad > 0)):
+                overview_picture(folder / name, part, plan.swept_fields, f"{folder.name}: {test}, {len(part)} runs")
         write_if_possible(folder, PAGE.write)
     return records
 
@@ -152,7 +161,7 @@ def _report(
 
 
 @contextmanager
-def _exclusive(path: Path) -> Iterator[None]:
+def _hold_lock(path: Path) -> Iterator[None]:
     """Wait until no other process holds the lock file ``path``, and hold it in the block."""
     try:
         with path.open("w") as stream:

@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from knittest.base.errors import InputError
-from knittest.base.files import replacing
-from knittest.base.result_rows import LABELS, UNSCATTERED, unfolded
-from knittest.config.fields import place
+from knittest.base.files import replace_file
+from knittest.base.result_rows import LABELS, UNSCATTERED, unfold_results
+from knittest.config.fields import field_at
 from knittest.config.studies import parse_sweep
 from knittest.config.yaml_loader import parse_document
 from knittest.report_page.blocks import Block, Cell, Table, Text, Tone
 from knittest.report_page.files import Reader
 from knittest.report_page.pictures import picture
-from knittest.report_page.studies import Column, link, provenance, wide
+from knittest.report_page.studies import Column, link, provenance, split_table
 from knittest.studies.batch.picture import CHOICES as PICTURED
-from knittest.studies.batch.plan import Plan, Row, Swept, axes_of
+from knittest.studies.batch.plan import Plan, Row, SweptField, axes_of
 from knittest.studies.trials.page import NOT_FINISHED, TABLE, Contents, StudyPage, facts_table, repeat_blocks, write_csv
 from knittest.studies.trials.runner import TRIALS
 from knittest.studies.trials.trial import MEANING, OPEN, Record
@@ -35,7 +35,7 @@ def results_table(plan: Plan, rows: Sequence[Row], records: Mapping[str, Record]
     """Table of all runs; swept columns have the field's dotted name, results their name in summary.json."""
     import pandas as pd
 
-    swept = [field.name for field in plan.swept]
+    swept = [field.name for field in plan.swept_fields]
     lines = [_line(row, None if row.trial is None else records.get(row.trial.key), swept) for row in rows]
     names = dict.fromkeys(name for parts in zip(*lines, strict=True) for part in parts for name in part)
     flat = [{name: value for part in line for name, value in part.items()} for line in lines]
@@ -52,7 +52,7 @@ def write_table(table: "DataFrame", folder: Path, parquet: bool) -> None:
         table = table.where(table != NULL).infer_objects()
         kinds = {name: table[name].dropna().map(type).nunique() for name in table.columns}
         mixed = [name for name, count in kinds.items() if count > 1 and table[name].dtype == object]
-        with replacing(folder / "results.parquet") as temporary:
+        with replace_file(folder / "results.parquet") as temporary:
             table.astype(dict.fromkeys(mixed, "string")).to_parquet(temporary, index=False)
 
 
@@ -73,7 +73,7 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> tuple[dict[s
     chosen = {name: json.dumps(v) if isinstance(v := row.values.get(name), dict | list) else v for name in swept}
     chosen = {name: NULL if value is None else value for name, value in chosen.items()}
     results: dict[str, object] = {}  # mean and sd of an ensemble
-    for name, value in unfolded(summary.get("results", {})).items() if summary else ():
+    for name, value in unfold_results(summary.get("results", {})).items() if summary else ():
         found = {name: value["mean"], f"{name}_sd": value["sd"]} if isinstance(value, Mapping) else {name: value}
         results |= found
     comparison: dict[str, object] = {
@@ -81,7 +81,7 @@ def _line(row: Row, record: Record | None, swept: Sequence[str]) -> tuple[dict[s
         for one in (summary.get("comparison", []) if summary else [])
         for name in ("simulated", "experiment_mean", "experiment_sd", "deviation_sd", "deviation_pct", "kind")
     }
-    limits = record.looser_limits if record else []
+    limits = record.relaxed_limits if record else []
     tail: dict[str, object] = {"attempts": None, "host": "", "ended": ""}
     if record:
         tail = {"attempts": 1 + len(record.earlier), "host": record.host, "ended": record.ended}
@@ -103,7 +103,7 @@ _TONES: dict[object, Tone] = {"completed": "good", OPEN: "warn"}
 
 
 def _contents(reader: Reader, at: Path) -> Contents:
-    swept, table = _swept(reader), _table(reader)
+    swept, table = _swept_fields(reader), _table(reader)
     pictures = sorted(reader.folder.glob("overview*.png"))
     caption = "Filled: completed; hollow: a quality check failed; cross: no result"
     return Contents(
@@ -133,21 +133,21 @@ def _table(reader: Reader) -> "DataFrame":
         return pd.DataFrame(columns=HEAD)
     missing = [name for name in HEAD if name not in table]
     if missing:
-        reader.complain(f"{TABLE}: no column {', '.join(missing)}")
+        reader.add_problem(f"{TABLE}: no column {', '.join(missing)}")
     gaps = [name for name in HEAD if name not in missing and table[name].isna().any()]
     return table.assign(**dict.fromkeys(missing, ""), **{name: table[name].astype(object).fillna("") for name in gaps})
 
 
-def _swept(reader: Reader) -> list[Swept]:
+def _swept_fields(reader: Reader) -> list[SweptField]:
     raw = reader.raw(SWEEP, 1_000_000)
     if raw is None:
         return []
     try:
         document = parse_document(raw.decode("utf-8", errors="replace"), SWEEP)
         sweep = parse_sweep(document)
-        return Plan(sweep, [], axes_of(sweep, document)).swept
+        return Plan(sweep, [], axes_of(sweep, document)).swept_fields
     except InputError as error:
-        reader.complain(error)
+        reader.add_problem(error)
         return []
 
 
@@ -165,10 +165,10 @@ def _notes(table: "DataFrame") -> list[Block]:
     return blocks
 
 
-def _facts(table: "DataFrame", swept: Sequence[Swept]) -> list[Block]:
+def _facts(table: "DataFrame", swept: Sequence[SweptField]) -> list[Block]:
     counts = table["status"].value_counts()
     rows = [(_state(s), Cell(str(n), float(n)), Cell(_MEANING.get(s, ""))) for s, n in counts.items()]
-    facts = {"swept": ", ".join(_name(table, field) for field in swept) or "nothing"}
+    facts = {"swept": ", ".join(_field_label(table, field) for field in swept) or "nothing"}
     facts |= {name: ", ".join(dict.fromkeys(filter(None, map(str, table[name])))) for name in CHOICES}
     if "cpu_s" in table and table["cpu_s"].notna().any():
         facts["processor time"] = f"{table['cpu_s'].sum():.4g} s"
@@ -181,13 +181,13 @@ def _reasons(folder: Path, at: Path, table: "DataFrame") -> list[Block]:
     if lost.empty:
         return [Text("Every run that ended has a valid result.")]
     first = [row for _, row in lost.head(MOST_REASONS).iterrows()]
-    rows = [(*_naming(folder, at, row), Cell(str(row["reason"]) or "no reason is recorded")) for row in first]
+    rows = [(*_run_cells(folder, at, row), Cell(str(row["reason"]) or "no reason is recorded")) for row in first]
     caption = f"Runs without a valid result: {len(lost)}"
     caption += f", the first {MOST_REASONS} of them; {TABLE} has all" if len(lost) > MOST_REASONS else ""
     return [Table(caption, ("run", "state", "reason"), rows)]
 
 
-def _naming(folder: Path, at: Path, row: "Series") -> tuple[Cell, Cell]:
+def _run_cells(folder: Path, at: Path, row: "Series") -> tuple[Cell, Cell]:
     """Number of a run with a link to it, and its state."""
     return Cell(str(row["run"]), href=link(folder, str(row["folder"]), at)), _state(row["status"])
 
@@ -196,7 +196,7 @@ def _state(status: object) -> Cell:
     return Cell(str(status), tone=_TONES.get(status, "bad"))
 
 
-def _runs(folder: Path, at: Path, table: "DataFrame", swept: Sequence[Swept]) -> list[Block]:
+def _runs(folder: Path, at: Path, table: "DataFrame", swept: Sequence[SweptField]) -> list[Block]:
     """Rows of all runs; of very many runs those that did not complete first."""
     caption = "Runs; small print: deviation from the experiment, and kind of the row"
     if len(table) > MOST_ROWS:
@@ -204,16 +204,16 @@ def _runs(folder: Path, at: Path, table: "DataFrame", swept: Sequence[Swept]) ->
         settled = table["status"].isin(("completed", OPEN))
         table = table.loc[settled.sort_values(kind="stable").index].head(MOST_ROWS)
     rows = [row for _, row in table.iterrows()]
-    named = [_naming(folder, at, row) for row in rows]
+    named = [_run_cells(folder, at, row) for row in rows]
     naming = [Column("run", [run for run, _ in named]), Column("state", [state for _, state in named])]
     columns = [Column(n, [Cell(str(row[n])) for row in rows]) for n in CHOICES if table[n].nunique() > 1]
     columns += [_field(table, field, rows) for field in swept if field.name in table and field.name not in CHOICES]
     results = [name for name in LABELS if name in table and table[name].notna().any()]
     columns += [Column(LABELS[name][0], [_result(row, name) for row in rows], numeric=True) for name in results]
-    return wide(caption, naming, columns)
+    return split_table(caption, naming, columns)
 
 
-def _field(table: "DataFrame", field: Swept, rows: Sequence["Series"]) -> Column:
+def _field(table: "DataFrame", field: SweptField, rows: Sequence["Series"]) -> Column:
     import pandas as pd
 
     cells = []
@@ -221,7 +221,7 @@ def _field(table: "DataFrame", field: Swept, rows: Sequence["Series"]) -> Column
         number = _number(row[field.name])
         text = NULL if pd.isna(row[field.name]) else str(row[field.name])
         cells.append(Cell(text) if number is None else Cell(f"{number:.6g}", number))
-    return Column(_name(table, field), cells, numeric=all(cell.value is not None for cell in cells))
+    return Column(_field_label(table, field), cells, numeric=all(cell.value is not None for cell in cells))
 
 
 def _result(row: "Series", name: str) -> Cell:
@@ -246,6 +246,6 @@ def _number(value: object) -> float | None:
     return float(value) if isinstance(value, int | float | np.number) and np.isfinite(value) else None
 
 
-def _name(table: "DataFrame", field: Swept) -> str:
-    found = place(tuple(field.name.split(".")), table["test"].iloc[0] if len(table) else None)
+def _field_label(table: "DataFrame", field: SweptField) -> str:
+    found = field_at(tuple(field.name.split(".")), table["test"].iloc[0] if len(table) else None)
     return f"{field.name} [{found.unit}]" if found and found.unit not in ("", "1") else field.name

@@ -11,9 +11,9 @@ import numpy as np
 from knittest.base.figure import GREY, RED, new_figure, save
 from knittest.base.history import Array
 from knittest.base.result_rows import LABELS, SIZED
-from knittest.config.fields import place
-from knittest.studies.batch.plan import Swept
-from knittest.studies.trials.figure import COLOURS, DASHED, log_scale, mark_lost, panel, unit_label
+from knittest.config.fields import field_at
+from knittest.studies.batch.plan import SweptField
+from knittest.studies.trials.figure import COLOURS, DASHED, dress_panel, log_scale, mark_lost_runs, unit_label
 from knittest.studies.trials.trial import OPEN
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ MOST_RESULTS, MOST_FIELDS = 8, 6
 #: relative difference of sizes by whole yarns and rounding
 SAME_SIZE = 1e-3
 #: fewest runs with a rank correlation
-ENOUGH = 8
+FEWEST_RUNS = 8
 #: sizes [inch]
 PANEL, LEFT, RIGHT, TOP, BOTTOM = (2.9, 2.2), 0.85, 0.2, 0.55, 0.7
 #: height of a row and least width of a column of the legend [inch]
@@ -57,19 +57,19 @@ class _Scale:
         return values.to_numpy(float)
 
 
-def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], title: str) -> None:
+def overview_picture(path: Path, table: "DataFrame", fields: Sequence[SweptField], title: str) -> None:
     """Draw the runs of one test, ``table`` of :func:`knittest.studies.batch.page.results_table`, to ``path`` (PNG).
 
     ``fields`` are the swept columns. Filled: completed; hollow: a quality check failed; cross: no result. Lines join
     medians over listed values. Raises :class:`ResourceError`.
     """
-    results = shown_results(table)[:MOST_RESULTS]
+    results = results_to_draw(table)[:MOST_RESULTS]
     shown = [field for field in fields if table[field.name].nunique() > 1][:MOST_FIELDS]
     if not results or not shown:
         return
     groups = list(_groups(table, fields))
     lost = table[table[results].isna().all(axis=1) & (table["status"] != OPEN)]
-    marks = _marks(groups, table, results, lost)
+    marks = _legend_marks(groups, table, results, lost)
     columns = max(int(len(shown) * PANEL[0] / COLUMN), 1)
     bottom = BOTTOM + ROW * -(-len(marks) // columns)
     width, height = LEFT + len(shown) * PANEL[0] + RIGHT, TOP + len(results) * PANEL[1] + bottom
@@ -82,8 +82,8 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     for column, field in enumerate(shown):
         scale = _scale(table[field.name], field)
         for row, result in enumerate(results):
-            _panel(grid[row, column], groups, lost, field.name, result, scale)
-        _field_axis(grid[-1, column], field.name, table, scale)
+            _draw_panel(grid[row, column], groups, lost, field.name, result, scale)
+        _label_field_axis(grid[-1, column], field.name, table, scale)
     for row, result in enumerate(results):
         grid[row, 0].set_ylabel(textwrap.fill(LABELS[result][0], 24), fontsize=9)
     figure.align_ylabels(grid[:, 0])
@@ -95,7 +95,7 @@ def overview_picture(path: Path, table: "DataFrame", fields: Sequence[Swept], ti
     save(figure, path)
 
 
-def shown_results(table: "DataFrame") -> list[str]:
+def results_to_draw(table: "DataFrame") -> list[str]:
     """Columns of results for one picture: where specimens differ in size, forces per width in place of forces."""
 
     def sizes_differ(name: str) -> bool:
@@ -106,7 +106,7 @@ def shown_results(table: "DataFrame") -> list[str]:
     return [name for name in found if not (SIZED.get(name) in found and sizes_differ(name))]
 
 
-def _groups(table: "DataFrame", fields: Sequence[Swept]) -> Iterator[_Group]:
+def _groups(table: "DataFrame", fields: Sequence[SweptField]) -> Iterator[_Group]:
     """Group runs by fabric, scale, direction, preset and parameter set, as far as these differ and are no axis."""
     ran = table[table["status"].isin(("completed", "refused"))]
     axes = {field.name.rpartition(".")[2] for field in fields}
@@ -118,24 +118,24 @@ def _groups(table: "DataFrame", fields: Sequence[Swept]) -> Iterator[_Group]:
         yield _Group(" ".join(map(str, key)), COLOURS[number % len(COLOURS)], rows)
 
 
-def _scale(values: "Series", field: Swept) -> _Scale:
+def _scale(values: "Series", field: SweptField) -> _Scale:
     numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values.dropna().tolist())
     return _Scale([] if numbers else list(dict.fromkeys(map(str, values))), field.log, field.drawn)
 
 
-def _panel(axes: "Axes", groups: list[_Group], lost: "DataFrame", field: str, result: str, scale: _Scale) -> None:
-    panel(axes).tick_params(labelsize=8)
+def _draw_panel(axes: "Axes", groups: list[_Group], lost: "DataFrame", field: str, result: str, scale: _Scale) -> None:
+    dress_panel(axes).tick_params(labelsize=8)
     if scale.log:
         log_scale(axes.xaxis)
     for group in groups:
-        _experiment(axes, group, result)
-        _runs(axes, group, field, result, scale)
-    mark_lost(axes, scale.places(lost[field]), markersize=5, zorder=5)
+        _draw_experiment(axes, group, result)
+        _draw_runs(axes, group, field, result, scale)
+    mark_lost_runs(axes, scale.places(lost[field]), markersize=5, zorder=5)
     if len(groups) == 1 and not scale.names and (rank := _rank_correlation(groups[0].rows, field, result)) is not None:
         axes.set_title(f"rank correlation {rank:+.2f}", loc="right", fontsize=8, color=GREY, pad=3)
 
 
-def _runs(axes: "Axes", group: _Group, field: str, result: str, scale: _Scale) -> None:
+def _draw_runs(axes: "Axes", group: _Group, field: str, result: str, scale: _Scale) -> None:
     for status, face in (("completed", group.colour), ("refused", "none")):
         rows = group.rows[group.rows["status"] == status]
         axes.plot(
@@ -154,7 +154,7 @@ def _values(rows: "DataFrame", result: str) -> "Series":
     return rows[compared].fillna(rows[result]) if compared in rows else rows[result]
 
 
-def _experiment(axes: "Axes", group: _Group, result: str) -> None:
+def _draw_experiment(axes: "Axes", group: _Group, result: str) -> None:
     """Draw mean and sd of the experiment, if all runs of the group are compared with the same one."""
     mean, sd = f"{result}_experiment_mean", f"{result}_experiment_sd"
     if mean in group.rows and group.rows[mean].nunique() == 1:
@@ -168,14 +168,14 @@ def _experiment(axes: "Axes", group: _Group, result: str) -> None:
 def _rank_correlation(rows: "DataFrame", field: str, result: str) -> float | None:
     """Spearman's correlation over the completed runs; None for too few runs or values."""
     done = rows[rows["status"] == "completed"]
-    if len(done) < ENOUGH or done[field].nunique() < 3 or done[result].nunique() < 3:
+    if len(done) < FEWEST_RUNS or done[field].nunique() < 3 or done[result].nunique() < 3:
         return None
     return float(done[field].astype(float).corr(done[result].astype(float), method="spearman"))
 
 
-def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> None:
+def _label_field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> None:
     """Label the axis with name and unit of the field, in two lines where it is long, and with its choices."""
-    found = place(tuple(field.split(".")), table["test"].iloc[0])
+    found = field_at(tuple(field.split(".")), table["test"].iloc[0])
     unit = unit_label(found.unit) if found else ""
     holder, _, name = field.rpartition(".")
     label = f"{holder}.\n{name}{unit}" if len(field) + len(unit) > 30 else f"{field}{unit}"
@@ -185,7 +185,7 @@ def _field_axis(axes: "Axes", field: str, table: "DataFrame", scale: _Scale) -> 
         axes.set_xlim(-0.5, len(scale.names) - 0.5)
 
 
-def _marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> "list[Line2D]":
+def _legend_marks(groups: list[_Group], table: "DataFrame", results: list[str], lost: "DataFrame") -> "list[Line2D]":
     from matplotlib.lines import Line2D
 
     def mark(label: str, colour: str, **look: Any) -> Line2D:

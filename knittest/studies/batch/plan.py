@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 
 from knittest.base.errors import InputError
-from knittest.config.fields import place
-from knittest.config.loading import planned_directions
-from knittest.config.messages import unknown
+from knittest.config.fields import field_at
+from knittest.config.loading import resolve_directions
+from knittest.config.messages import unknown_name_text
 from knittest.config.run import RUNS
 from knittest.config.settings import Setting
 from knittest.config.studies import Range, Sweep, parse_sweep
-from knittest.config.yaml_loader import Document, KeyPath, dotted, shown
-from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import Case, claim_path, drawn, field_path, file_beside, shipped_fabric
+from knittest.config.yaml_loader import Document, KeyPath, dotted_path, value_excerpt
+from knittest.studies.homogenise.derived_card import complete_cards
+from knittest.studies.trials.case import Case, claim_path, draw_points, field_path, shipped_fabric, sibling_file
 from knittest.studies.trials.trial import Trial, trial_of
 
 #: fields of ``base`` and ``ensemble`` that are fields of a run
@@ -41,7 +41,7 @@ class Axis:
     make: Callable[[], Sequence[tuple[Setting, ...]]]
     where: str
     shown: bool = True
-    chance: bool = False
+    is_random: bool = False
 
 
 def axes_of(sweep: Sweep, document: Document) -> list[Axis]:
@@ -59,7 +59,7 @@ def _axes(sweep: Sweep, document: Document) -> Iterator[Axis]:
         return Axis((path,), len(values), lambda: [(Setting(path, v, where),) for v in values], where, shown)
 
     def spread(path: KeyPath, values: Range, where: str) -> Axis:
-        return Axis((path,), values.steps, lambda: [(Setting(path, v, where),) for v in spaced(values)], where)
+        return Axis((path,), values.steps, lambda: [(Setting(path, v, where),) for v in range_values(values)], where)
 
     for at, path in FIELDS.items():
         given = getattr(getattr(sweep, at[0]), at[1])
@@ -76,20 +76,20 @@ def _axes(sweep: Sweep, document: Document) -> Iterator[Axis]:
             yield spread(path, one, where) if isinstance(one, Range) else listed(path, one, where)
     if sweep.points:
         names, where = list(sweep.points[0]), document.where(("points",))
-        made = [_point(point, names, number, document) for number, point in enumerate(sweep.points)]
+        made = [_point_settings(point, names, number, document) for number, point in enumerate(sweep.points)]
         yield Axis(tuple(field_path(n, where) for n in names), len(made), lambda: made, where)
     if (sample := sweep.sample) is not None:
         places = {name: document.where(("sample", "fields", name)) for name in sample.fields}
         paths = {name: field_path(name, where) for name, where in places.items()}
 
         def draw() -> list[tuple[Setting, ...]]:
-            pairs = (zip(paths, point, strict=True) for point in drawn(sample))
+            pairs = (zip(paths, point, strict=True) for point in draw_points(sample))
             return [tuple(Setting(paths[name], value, places[name]) for name, value in point) for point in pairs]
 
-        yield Axis(tuple(paths.values()), sample.n, draw, document.where(("sample",)), chance=True)
+        yield Axis(tuple(paths.values()), sample.n, draw, document.where(("sample",)), is_random=True)
 
 
-def _point(point: dict[str, Any], names: list[str], number: int, document: Document) -> tuple[Setting, ...]:
+def _point_settings(point: dict[str, Any], names: list[str], number: int, document: Document) -> tuple[Setting, ...]:
     where = document.where(("points", number))
     if set(point) != set(names):
         raise InputError(f"{where}: points[{number}]: expected the fields of the first point, {', '.join(names)}")
@@ -97,7 +97,7 @@ def _point(point: dict[str, Any], names: list[str], number: int, document: Docum
     return tuple(Setting(field_path(name, places[name]), point[name], places[name]) for name in names)
 
 
-def spaced(values: Range) -> list[float | int]:
+def range_values(values: Range) -> list[float | int]:
     """Values of a range; whole numbers where all of them are."""
     space = np.geomspace if values.spacing == "log" else np.linspace
     found = [float(f"{v:.12g}") for v in space(values.low, values.high, values.steps)]
@@ -105,7 +105,7 @@ def spaced(values: Range) -> list[float | int]:
 
 
 @dataclass(frozen=True)
-class Swept:
+class SweptField:
     """Dotted field that changes from run to run: whether in even ratios, and whether its values are drawn."""
 
     name: str
@@ -138,18 +138,20 @@ class Plan:
         return len(self.cases) * math.prod(axis.count for axis in self.axes)
 
     @property
-    def swept(self) -> list[Swept]:
+    def swept_fields(self) -> list[SweptField]:
         """Fields that change from run to run."""
         sample = self.sweep.sample
         log = {n for n, one in sample.fields.items() if one.kind == "log-uniform"} if sample else set()
         log |= {name for name, one in self.sweep.range.items() if one.spacing == "log"}
-        shown = [(dotted(path), axis.chance) for axis in self.axes if axis.shown for path in axis.paths]
-        return [Swept(name, name in log, drawn) for name, drawn in shown]
+        shown = [(dotted_path(path), axis.is_random) for axis in self.axes if axis.shown for path in axis.paths]
+        return [SweptField(name, name in log, drawn) for name, drawn in shown]
 
     def rows(self) -> list[Row]:
         """All runs; an invalid draw makes a row with a problem, an invalid listed value raises :class:`InputError`."""
-        names = {field.name for field in self.swept}
-        draws = math.prod(axis.count for axis in self.axes if axis.chance)  # the last axis: their rows are neighbours
+        names = {field.name for field in self.swept_fields}
+        draws = math.prod(
+            axis.count for axis in self.axes if axis.is_random
+        )  # the last axis: their rows are neighbours
         made = [axis.make() for axis in self.axes]  # once: every case has the same draws
         points = ((case, point) for case in self.cases for point in itertools.product(*made))
         rows: list[Row] = []
@@ -161,12 +163,12 @@ class Plan:
 
 
 def _row(number: int, case: Case, settings: list[Setting], names: set[str]) -> Row:
-    values = {dotted(s.path): s.value for s in settings if dotted(s.path) in names}
+    values = {dotted_path(s.path): s.value for s in settings if dotted_path(s.path) in names}
     try:
-        (run,) = with_cards([case.run(settings)])
+        (run,) = complete_cards([case.run(settings)])
     except InputError as error:
         return Row(number, values, case, None, str(error))
-    what = [run.rig.kind, run.fabric.name, run.direction, *(_brief(*one) for one in values.items())]
+    what = [run.rig.kind, run.fabric.name, run.direction, *(_short_label(*one) for one in values.items())]
     return Row(number, values, case, trial_of(run, " ".join(filter(None, what))))
 
 
@@ -175,16 +177,18 @@ def plan_of(document: Document, accept_limits: bool = False) -> Plan:
     sweep = parse_sweep(document)
     base, where = sweep.base, {name: document.where(("base", name)) for name in type(sweep.base).model_fields}
     axes = axes_of(sweep, document)
-    config = file_beside(document, base.config, f"{where['config']}: base.config") if base.config is not None else None
+    config = sibling_file(document, base.config, f"{where['config']}: base.config") if base.config is not None else None
     fabrics: list[Path | None] = [
         *(shipped_fabric(variant, where["variant"]) for variant in base.variant),
-        *(file_beside(document, name, f"{where['fabric']}: base.fabric") for name in base.fabric),
+        *(sibling_file(document, name, f"{where['fabric']}: base.fabric") for name in base.fabric),
     ]
     if not fabrics and config is None:
         raise InputError(f"{document.where(('base',))}: base: no fabric is given: expected variant or fabric")
     for test in base.test:
         if test not in RUNS:
-            raise InputError(f"{where['test']}: base.test = {shown(test)}: {unknown(test, list(RUNS), 'test')}")
+            raise InputError(
+                f"{where['test']}: base.test = {value_excerpt(test)}: {unknown_name_text(test, list(RUNS), 'test')}"
+            )
     cases = [
         Case("", test, fabric, config, settings, accept_limits)
         for test in base.test
@@ -194,9 +198,11 @@ def plan_of(document: Document, accept_limits: bool = False) -> Plan:
     return Plan(sweep, cases, axes)
 
 
-def _brief(name: str, value: object) -> str:
+def _short_label(name: str, value: object) -> str:
     """``strain.warp=1.75``: enough to tell the runs of a sweep apart."""
-    return f"{'.'.join(name.split('.')[-2:])}={f'{value:.4g}' if isinstance(value, float) else shown(value, 20)}"
+    return (
+        f"{'.'.join(name.split('.')[-2:])}={f'{value:.4g}' if isinstance(value, float) else value_excerpt(value, 20)}"
+    )
 
 
 def _directions(
@@ -206,11 +212,11 @@ def _directions(
     swept = any(path == DIRECTION[: len(path)] for axis in axes for path in axis.paths)
     if swept and sweep.base.direction:
         raise InputError(f"{where}: base.direction: rig.direction is given as well: give one of them")
-    if swept or place(DIRECTION, test) is None:
+    if swept or field_at(DIRECTION, test) is None:
         return [()]
     for name in sweep.base.direction:
         if name not in ("warp", "weft", "both"):
-            raise InputError(f"{where}: base.direction = {shown(name)}: expected warp, weft or both")
+            raise InputError(f"{where}: base.direction = {value_excerpt(name)}: expected warp, weft or both")
     asked: list[str | None] = [*sweep.base.direction] or [None]
-    names = [found for name in asked for found in planned_directions(name, config)]
+    names = [found for name in asked for found in resolve_directions(name, config)]
     return [(Setting(DIRECTION, name, where),) for name in dict.fromkeys(names)]

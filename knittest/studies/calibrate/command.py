@@ -18,14 +18,21 @@ from knittest.export.lock import slug
 from knittest.report_page.page import FILE, write_if_possible
 from knittest.studies.calibrate import optuna_search as database
 from knittest.studies.calibrate.fit import best_of, find_root, fit, search_and_fit
-from knittest.studies.calibrate.outcome import Calibration, Outcome, calibration_of, judge, report_lines
+from knittest.studies.calibrate.outcome import Calibration, Outcome, calibration_of, estimate_parameters, report_lines
 from knittest.studies.calibrate.page import CALIBRATION, COPY, FABRIC, PAGE, PICTURE, rig_file, write_configs
 from knittest.studies.calibrate.picture import convergence_picture
-from knittest.studies.calibrate.problem import Evaluation, Evaluator, Exhausted, Problem, described, problem_of
-from knittest.studies.calibrate.targets import Number
-from knittest.studies.trials.live import Overview
+from knittest.studies.calibrate.problem import (
+    Evaluation,
+    Evaluator,
+    Problem,
+    RunLimitReached,
+    describe_point,
+    problem_of,
+)
+from knittest.studies.calibrate.targets import NumberTarget
+from knittest.studies.trials.overview import Overview
 from knittest.studies.trials.pool import LocalPool, Pool
-from knittest.studies.trials.runner import Studied, StudyOptions, TrialRunner, resumable, study_folder
+from knittest.studies.trials.runner import StudyOptions, StudyResult, TrialRunner, handle_signals, study_folder
 
 if TYPE_CHECKING:
     from optuna.storages import RDBStorage
@@ -42,29 +49,29 @@ class CalibrateOptions(StudyOptions):
     storage: str | None = None
 
 
-def run_calibration(path: Path, options: CalibrateOptions) -> Studied:
+def run_calibration(path: Path, options: CalibrateOptions) -> StudyResult:
     """Run or resume the calibration in ``path``; exit code 3 without convergence. Raises :class:`InputError` first."""
     problem = problem_of(load_yaml(path), options.accept_limits)
     storage = _storage(problem, options)
     pool = LocalPool(options.workers, options.threads)
-    copy = database.without_password_of_storage(path.read_bytes().decode(), problem.calibration.storage)
+    copy = database.hide_storage_password(path.read_bytes().decode(), problem.calibration.storage)
     out = options.out or Path("runs") / f"calibrate-{slug(path.stem)}"
     folder = study_folder(out, COPY, copy, "calibration")
     if problem.method == "optuna":
         own = folder / database.DATABASE
         storage = storage or database.open_storage(f"sqlite:///{own}", str(own))
-        study, name = database.open_study(problem, storage, folder), database.shown_url(storage)
+        study, name = database.open_study(problem, storage, folder), database.url_without_password(storage)
         search: Search = partial(database.search_with_optuna, study=study, database=name)
     else:
         search = SEARCHES[problem.method]
-    with resumable():
+    with handle_signals():
         outcome = _search(problem, search, pool, folder, options)
         found = calibration_of(outcome)
         written = _write(outcome, found, folder)
     if not options.quiet:
         for line in [*report_lines(found), f"written: {', '.join(map(str, written))}"]:
             print(line)
-    return Studied(folder, 0 if outcome.converged else NumericalError.exit_code)
+    return StudyResult(folder, 0 if outcome.converged else NumericalError.exit_code)
 
 
 def _storage(problem: Problem, options: CalibrateOptions) -> "RDBStorage | None":
@@ -97,24 +104,24 @@ def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options:
         failure, judgement = "", None
         try:
             search(evaluator)
-        except (NumericalError, Exhausted) as error:
+        except (NumericalError, RunLimitReached) as error:
             failure = str(error)
         best = best_of(problem.parameters, evaluator.history)
         if best is not None and not failure:
             try:
-                judgement = judge(evaluator, best)
-            except (NumericalError, Exhausted) as error:
+                judgement = estimate_parameters(evaluator, best)
+            except (NumericalError, RunLimitReached) as error:
                 failure = f"the uncertainty of the parameters could not be estimated: {error}"
         return Outcome(problem, evaluator.history, best, judgement, failure)
 
 
 def _line(problem: Problem, evaluation: Evaluation) -> str:
-    head = f"point {evaluation.number}: {described(evaluation.values, problem.parameters)}:"
+    head = f"point {evaluation.number}: {describe_point(evaluation.values, problem.parameters)}:"
     if not evaluation.good:
         return f"{head} {evaluation.reason}"
     pairs = zip(problem.targets, evaluation.simulated, strict=True)
     texts = [
-        f"{t.label} " + (f"{v:.5g} ({(v - t.mean) / t.sd:+.3f} sd)" if isinstance(t, Number) else f"{v:.3f} sd")
+        f"{t.label} " + (f"{v:.5g} ({(v - t.mean) / t.sd:+.3f} sd)" if isinstance(t, NumberTarget) else f"{v:.3f} sd")
         for t, v in pairs
     ]
     return f"{head} {', '.join(texts)}"

@@ -9,7 +9,7 @@ from scipy.optimize import Bounds, brentq, differential_evolution, least_squares
 
 from knittest.base.errors import NumericalError
 from knittest.base.history import Array
-from knittest.studies.calibrate.problem import Evaluation, Evaluator, Exhausted, Parameter, Point
+from knittest.studies.calibrate.problem import Evaluation, Evaluator, Parameter, Point, RunLimitReached
 
 #: least squares ends at a smaller step, as a share of the bounds, or a smaller relative change of the sum of squares
 SMALL_STEP, SMALL_GAIN = 2e-3, 1e-3
@@ -17,7 +17,7 @@ SMALL_STEP, SMALL_GAIN = 2e-3, 1e-3
 MEMBERS, GLOBAL_SHARE = 5, 0.6
 
 
-class _Met(Exception):
+class _TargetsMet(Exception):
     """All targets are met within the tolerance."""
 
 
@@ -60,12 +60,12 @@ def jacobian(evaluator: Evaluator, values: Point) -> Array:
     step = evaluator.problem.calibration.step
     here = positions_of(parameters, values)
     steps = np.diag(np.where(here + step <= 1.0, step, -step))
-    first = evaluator.many([point_at(parameters, here + one) for one in steps])
-    middle = evaluator.many([values])[0].residuals
+    first = evaluator.evaluate_points([point_at(parameters, here + one) for one in steps])
+    middle = evaluator.evaluate_points([values])[0].residuals
     columns = []
     for k, evaluation in enumerate(first):
         if not evaluation.good:
-            evaluation = evaluator.many([point_at(parameters, here - steps[k])])[0]
+            evaluation = evaluator.evaluate_points([point_at(parameters, here - steps[k])])[0]
         if not evaluation.good:
             raise NumericalError(f"no run near {parameters[k].name} = {values[k]:g} has a result: {evaluation.reason}")
         distance = positions_of(parameters, evaluation.values)[k] - here[k]
@@ -80,10 +80,12 @@ def search_and_fit(evaluator: Evaluator) -> None:
     generations = int(GLOBAL_SHARE * calibration.max_runs / (tests * MEMBERS * n)) - 1
     if generations < 1:
         least = int(2 * tests * MEMBERS * n / GLOBAL_SHARE) + 1
-        raise Exhausted(f"max_runs = {calibration.max_runs}: differential-evolution needs at least {least} runs here")
+        raise RunLimitReached(
+            f"max_runs = {calibration.max_runs}: differential-evolution needs at least {least} runs here"
+        )
 
     def costs(positions: Any) -> Any:
-        found = evaluator.many([point_at(parameters, column) for column in np.atleast_2d(positions.T)])
+        found = evaluator.evaluate_points([point_at(parameters, column) for column in np.atleast_2d(positions.T)])
         return np.array([cost(parameters, one) for one in found])
 
     start = positions_of(parameters, tuple(p.start for p in parameters))
@@ -106,18 +108,18 @@ def fit(evaluator: Evaluator, start: Point | None = None) -> None:
     """Least squares from ``start``; raises :class:`NumericalError` if it has no result, or steps shrink to nothing."""
     parameters, tolerance = evaluator.problem.parameters, evaluator.problem.calibration.tolerance
     start = start or tuple(p.start for p in parameters)
-    first = evaluator.many([start])[0]
+    first = evaluator.evaluate_points([start])[0]
     if not first.good:
         raise NumericalError(f"the start has no result: {first.reason}")
     size = len(first.residuals) + len(prior_residuals(parameters, start))
 
     def residuals(positions: Array) -> Array:
-        evaluation = evaluator.many([point_at(parameters, positions)])[0]
+        evaluation = evaluator.evaluate_points([point_at(parameters, positions)])[0]
         if not evaluation.good:
             return np.full(size, np.inf)  # rejects the step: a shorter one follows
         prior = prior_residuals(parameters, evaluation.values)
         if evaluation.deviations is not None and not len(prior) and np.abs(evaluation.deviations).max() <= tolerance:
-            raise _Met
+            raise _TargetsMet
         return np.concatenate([evaluation.residuals, prior])
 
     def slopes(positions: Array) -> Array:
@@ -129,7 +131,7 @@ def fit(evaluator: Evaluator, start: Point | None = None) -> None:
             residuals, np.clip(positions_of(parameters, start), 1e-9, 1.0 - 1e-9), jac=slopes, bounds=(0.0, 1.0),
             xtol=SMALL_STEP, ftol=SMALL_GAIN, max_nfev=evaluator.problem.calibration.max_runs,
         )  # fmt: skip
-    except _Met:
+    except _TargetsMet:
         return
     if not found.success:
         raise NumericalError(f"least squares did not converge: {found.message}")
@@ -145,13 +147,13 @@ def prior_slopes(parameters: Sequence[Parameter], values: Point) -> Array:
 
 
 #: narrowest bracket, as a share of the bounds: if the target is not met in it, the result jumps
-NARROWEST = 1e-5
+LEAST_BRACKET = 1e-5
 #: distances from a bound without a result at which to try again, as shares of the bounds, and most tries inside
 INWARD, MOST_LOST = (0.1, 0.2, 0.35), 5
 MOST_STEPS = 60
 
 
-class _Lost(Exception):
+class _NoResult(Exception):
     """Signal that a position has no result."""
 
 
@@ -162,18 +164,18 @@ class _Search:
         self._tolerance = evaluator.problem.calibration.tolerance
         self.good: dict[float, float] = {}
 
-    def many(self, positions: list[float]) -> list[Evaluation]:
-        found = self._evaluator.many([(self._parameter.value(p),) for p in positions])
+    def evaluate_points(self, positions: list[float]) -> list[Evaluation]:
+        found = self._evaluator.evaluate_points([(self._parameter.value(p),) for p in positions])
         for position, evaluation in zip(positions, found, strict=True):
             if evaluation.deviations is not None:
                 self.good[position] = float(evaluation.deviations[0])
         return found
 
     def deviation(self, position: float) -> float:
-        """Deviation in sd at ``position``, 0 within the tolerance; raises :class:`_Lost`."""
+        """Deviation in sd at ``position``, 0 within the tolerance; raises :class:`_NoResult`."""
         position = float(position)
-        if position not in self.good and not self.many([position])[0].good:
-            raise _Lost
+        if position not in self.good and not self.evaluate_points([position])[0].good:
+            raise _NoResult
         value = self.good[position]
         return 0.0 if abs(value) <= self._tolerance else value
 
@@ -183,7 +185,7 @@ class _Search:
             return end
         for share in INWARD:
             position = abs(end - share)
-            if self.many([position])[0].good:
+            if self.evaluate_points([position])[0].good:
                 return position
         raise NumericalError(f"no run near the bound {self._parameter.value(end):g} has a result: {first.reason}")
 
@@ -197,7 +199,9 @@ class _Search:
 def find_root(evaluator: Evaluator) -> None:
     """Find the root; raises :class:`NumericalError` if it is not enclosed, jumped over, or among lost runs."""
     search = _Search(evaluator)
-    low, high = (search.bound(end, first) for end, first in zip((0.0, 1.0), search.many([0.0, 1.0]), strict=True))
+    low, high = (
+        search.bound(end, first) for end, first in zip((0.0, 1.0), search.evaluate_points([0.0, 1.0]), strict=True)
+    )
     if search.deviation(low) * search.deviation(high) > 0.0:
         parameter, (first, last) = evaluator.problem.parameters[0], (search.good[low], search.good[high])
         ends = f"{first:+.3g} sd at {parameter.low:g}, {last:+.3g} sd at {parameter.high:g}"
@@ -215,9 +219,11 @@ def find_root(evaluator: Evaluator) -> None:
             return search.deviation(position)
 
         try:
-            root = float(brentq(deviation, a, b, xtol=NARROWEST, maxiter=MOST_STEPS))
-        except _Lost:
-            search.many([0.5 * (tried[-1] + end) for end in (a, b)])  # both sides of the gap may have results
+            root = float(brentq(deviation, a, b, xtol=LEAST_BRACKET, maxiter=MOST_STEPS))
+        except _NoResult:
+            search.evaluate_points(
+                [0.5 * (tried[-1] + end) for end in (a, b)]
+            )  # both sides of the gap may have results
             continue
         if search.deviation(root) == 0.0:
             return

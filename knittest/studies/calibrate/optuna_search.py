@@ -16,10 +16,10 @@ import numpy as np
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import excerpt
-from knittest.base.machine import without_passwords
+from knittest.base.machine import hide_passwords
 from knittest.export.files import json_ready
 from knittest.studies.calibrate.fit import GLOBAL_SHARE, cost, fit_best
-from knittest.studies.calibrate.problem import Evaluation, Evaluator, Exhausted, Point, Problem
+from knittest.studies.calibrate.problem import Evaluation, Evaluator, Point, Problem, RunLimitReached
 from knittest.studies.trials.trial import code_digest
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ REACH_LIMIT = 10.0
 PORTS = {"postgresql": 5432, "mysql": 3306, "mariadb": 3306, "mssql": 1433, "oracle": 1521}
 DIGITS = 12
 #: fields that may change when a study is resumed
-FREE = {"max_runs", "time_limit", "tolerance", "noise", "step", "storage"}
+CHANGEABLE_FIELDS = {"max_runs", "time_limit", "tolerance", "noise", "step", "storage"}
 
 
 def open_storage(url: str, where: str) -> "RDBStorage":
@@ -52,22 +52,22 @@ def open_storage(url: str, where: str) -> "RDBStorage":
     optuna.logging.set_verbosity(optuna.logging.CRITICAL)  # the exceptions have the same messages
     try:
         parts = make_url(url)
-        shown = f"{where}: {_shown(parts)}"
+        shown = f"{where}: {_url_text(parts)}"
         parts.get_dialect().import_dbapi()
-        _reach(parts, shown)
-        with readable(shown):
+        _check_connection(parts, shown)
+        with convert_database_errors(shown):
             return optuna.storages.RDBStorage(url)
     except ImportError as error:
-        why = without_passwords(str(error))
+        why = hide_passwords(str(error))
         raise InputError(f"{shown}: the driver of this database is not installed: {why}") from None
     except (ArgumentError, NoSuchModuleError, ValueError) as error:
-        why = without_passwords(excerpt(str(error)))
+        why = hide_passwords(excerpt(str(error)))
         example = "sqlite:///study.db or postgresql://user@host/name"
         raise InputError(f"{where}: not the URL of a known database: {why}; expected for example {example}") from None
 
 
 @contextmanager
-def readable(shown: str) -> Iterator[None]:
+def convert_database_errors(shown: str) -> Iterator[None]:
     """Turn errors of the database ``shown`` into a :class:`ResourceError`."""
     from optuna.exceptions import StorageInternalError
     from sqlalchemy.exc import SQLAlchemyError
@@ -76,49 +76,49 @@ def readable(shown: str) -> Iterator[None]:
         yield
     except (SQLAlchemyError, StorageInternalError) as error:
         cause = error.__cause__ if isinstance(error, StorageInternalError) and error.__cause__ else error
-        why = without_passwords(excerpt(str(getattr(cause, "orig", None) or cause)))
+        why = hide_passwords(excerpt(str(getattr(cause, "orig", None) or cause)))
         raise ResourceError(f"{shown}: the database does not answer: {why}; finished runs are kept") from None
     except RuntimeError as error:  # tables of another version of Optuna
-        raise ResourceError(f"{shown}: {without_passwords(excerpt(str(error)))}") from None
+        raise ResourceError(f"{shown}: {hide_passwords(excerpt(str(error)))}") from None
 
 
 def open_study(problem: Problem, storage: "RDBStorage", folder: Path) -> "Study":
     """Open the study of ``problem`` in ``folder``, a new one for other code; raises :class:`ResourceError`."""
     import optuna
 
-    calibration = problem.calibration.model_dump(mode="json", exclude=FREE)
+    calibration = problem.calibration.model_dump(mode="json", exclude=CHANGEABLE_FIELDS)
     runs = [case.run().model_dump(mode="json") for case in problem.cases]
     content = [calibration, runs, code_digest(), socket.gethostname(), str(folder.resolve())]
     text = json.dumps(json_ready(content), sort_keys=True)
-    with readable(shown_url(storage)):
+    with convert_database_errors(url_without_password(storage)):
         name = f"{problem.name}-{hashlib.sha256(text.encode()).hexdigest()[:DIGITS]}"
         return optuna.create_study(storage=storage, study_name=name, direction="minimize", load_if_exists=True)
 
 
-def shown_url(storage: "RDBStorage") -> str:
+def url_without_password(storage: "RDBStorage") -> str:
     """URL of ``storage`` without a password."""
-    return _shown(storage.engine.url)
+    return _url_text(storage.engine.url)
 
 
-def _shown(url: "URL") -> str:
-    return without_passwords(url.render_as_string(hide_password=True))
+def _url_text(url: "URL") -> str:
+    return hide_passwords(url.render_as_string(hide_password=True))
 
 
-def without_password_of_storage(text: str, storage: str | None) -> str:
+def hide_storage_password(text: str, storage: str | None) -> str:
     """Remove passwords from the calibration file ``text``, also from its database ``storage`` in any notation."""
     import yaml
 
-    if storage is not None and without_passwords(storage) != storage:
+    if storage is not None and hide_passwords(storage) != storage:
         root = yaml.compose(text, yaml.SafeLoader)
         assert isinstance(root, yaml.MappingNode)  # the file was read before
         (value,) = (node for key, node in root.value if key.value == "storage")
         begin, end = value.start_mark.index, value.end_mark.index
         lines = "\n" * text.count("\n", begin, end)  # the rest keeps its lines
-        text = f"{text[:begin]}{json.dumps(without_passwords(storage))}{lines}{text[end:]}"
-    return without_passwords(text)
+        text = f"{text[:begin]}{json.dumps(hide_passwords(storage))}{lines}{text[end:]}"
+    return hide_passwords(text)
 
 
-def _reach(url: "URL", shown: str) -> None:
+def _check_connection(url: "URL", shown: str) -> None:
     """Connect to the server once: some drivers wait for minutes for a missing one."""
     port = url.port or PORTS.get(url.get_backend_name())
     if not url.host or port is None:
@@ -139,7 +139,7 @@ def search_with_optuna(evaluator: Evaluator, study: "Study", database: str) -> N
     """Search ``study`` with a part of the runs, or until all targets are met; then least squares from the best.
 
     Trials of an earlier call are evaluated first, from the ledger: no run is repeated. ``database`` is its name for the
-    user. Raises :class:`Exhausted` for too few allowed runs, :class:`NumericalError` without any result,
+    user. Raises :class:`RunLimitReached` for too few allowed runs, :class:`NumericalError` without any result,
     :class:`ResourceError` if the database is lost.
     """
     problem = evaluator.problem
@@ -147,8 +147,8 @@ def search_with_optuna(evaluator: Evaluator, study: "Study", database: str) -> N
     least = AT_RANDOM * len(problem.parameters) + BATCH
     if points < least:
         needed = math.ceil(least * len(problem.cases) / GLOBAL_SHARE)
-        raise Exhausted(f"max_runs = {problem.calibration.max_runs}: optuna needs at least {needed} runs here")
-    with readable(database):
+        raise RunLimitReached(f"max_runs = {problem.calibration.max_runs}: optuna needs at least {needed} runs here")
+    with convert_database_errors(database):
         _search(evaluator, study, points)
     fit_best(evaluator)
 
@@ -162,10 +162,10 @@ def _search(evaluator: Evaluator, study: "Study", points: int) -> None:
     if not study.get_trials(deepcopy=False):
         study.enqueue_trial({p.name: p.start for p in evaluator.problem.parameters})
     asked = len(known)
-    while asked < points and not _met(evaluator):
-        trials = [_asked(evaluator, study, asked + k) for k in range(min(BATCH, points - asked))]
+    while asked < points and not _meets_targets(evaluator):
+        trials = [_ask_trial(evaluator, study, asked + k) for k in range(min(BATCH, points - asked))]
         asked += len(trials)
-        evaluations = evaluator.many([_point(evaluator, trial.params) for trial in trials])
+        evaluations = evaluator.evaluate_points([_point_of_trial(evaluator, trial.params) for trial in trials])
         for trial, evaluation in zip(trials, evaluations, strict=True):
             _tell(evaluator, study, trial, evaluation)
 
@@ -175,7 +175,7 @@ def _replay(evaluator: Evaluator, study: "Study", known: Sequence["FrozenTrial"]
     from optuna.trial import Trial, TrialState
 
     drawn = [trial for trial in known if len(trial.params) == len(evaluator.problem.parameters)]
-    evaluations = evaluator.many([_point(evaluator, trial.params) for trial in drawn])
+    evaluations = evaluator.evaluate_points([_point_of_trial(evaluator, trial.params) for trial in drawn])
     for trial, evaluation in zip(drawn, evaluations, strict=True):
         if trial.state == TrialState.RUNNING:
             _tell(evaluator, study, Trial(study, trial._trial_id), evaluation)
@@ -184,7 +184,7 @@ def _replay(evaluator: Evaluator, study: "Study", known: Sequence["FrozenTrial"]
             study.tell(trial.number, state=TrialState.FAIL)
 
 
-def _asked(evaluator: Evaluator, study: "Study", number: int) -> "Trial":
+def _ask_trial(evaluator: Evaluator, study: "Study", number: int) -> "Trial":
     """Ask for a new trial; its random values depend on its ``number`` and the seed alone."""
     from optuna.exceptions import ExperimentalWarning
     from optuna.samplers import TPESampler
@@ -201,7 +201,7 @@ def _asked(evaluator: Evaluator, study: "Study", number: int) -> "Trial":
     return trial
 
 
-def _point(evaluator: Evaluator, values: Mapping[str, float]) -> Point:
+def _point_of_trial(evaluator: Evaluator, values: Mapping[str, float]) -> Point:
     """Round the study's values to the digits of a calibration."""
     return tuple(p.value(p.position(values[p.name])) for p in evaluator.problem.parameters)
 
@@ -221,7 +221,7 @@ def _tell(evaluator: Evaluator, study: "Study", trial: "Trial", evaluation: Eval
     study.tell(trial, state=TrialState.FAIL if machine else TrialState.PRUNED)
 
 
-def _met(evaluator: Evaluator) -> bool:
+def _meets_targets(evaluator: Evaluator) -> bool:
     """Tell whether a point meets all targets, and no parameter has a prior."""
     tolerance = evaluator.problem.calibration.tolerance
     if any(p.prior for p in evaluator.problem.parameters):

@@ -15,23 +15,23 @@ import knittest
 from knittest.base.history import Array
 from knittest.base.result_rows import LABELS
 from knittest.config.base import Quantity
-from knittest.config.yaml_loader import dotted
-from knittest.export.summary import now
+from knittest.config.yaml_loader import dotted_path
+from knittest.export.summary import timestamp
 from knittest.report_page.files import Number as Value
 from knittest.studies.calibrate.fit import jacobian, positions_of, prior_slopes
-from knittest.studies.calibrate.problem import Evaluation, Evaluator, Parameter, Problem, current
-from knittest.studies.calibrate.targets import Number
+from knittest.studies.calibrate.problem import Evaluation, Evaluator, Parameter, Problem, current_number
+from knittest.studies.calibrate.targets import NumberTarget
 from knittest.studies.trials.page import unit_text
-from knittest.studies.trials.trial import code_digest, looser_note
+from knittest.studies.trials.trial import code_digest, relaxed_limits_note
 
 #: half width of a 95 % interval in standard deviations
 Z95 = 1.959964
 #: least correlation of two parameters with a warning
-CORRELATED = 0.95
+CORRELATION_LIMIT = 0.95
 #: a smaller distance to a bound, as a share of the bounds, is none
-AT_BOUND = 1e-3
+BOUND_MARGIN = 1e-3
 #: least distance of two points that give a slope, as a share of the bounds
-NEAREST = 2e-3
+LEAST_DISTANCE = 2e-3
 
 
 @dataclass(frozen=True)
@@ -48,21 +48,23 @@ class Estimate:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class Estimates:
     """Estimate of every parameter, and ``warnings``."""
 
     found: list[Estimate]
     warnings: list[str]
 
 
-def judge(evaluator: Evaluator, best: Evaluation) -> Judgement:
+def estimate_parameters(evaluator: Evaluator, best: Evaluation) -> Estimates:
     """Estimate the parameters at ``best`` from the slopes of known points (method root) or of new runs."""
     problem = evaluator.problem
     slopes = _slope(evaluator, best) if problem.method == "root" else jacobian(evaluator, best.values)
-    return judgement(problem.parameters, best.values, slopes, problem.calibration.noise)
+    return estimate_from_slopes(problem.parameters, best.values, slopes, problem.calibration.noise)
 
 
-def judgement(parameters: Sequence[Parameter], values: tuple[float, ...], slopes: Array, noise: float) -> Judgement:
+def estimate_from_slopes(
+    parameters: Sequence[Parameter], values: tuple[float, ...], slopes: Array, noise: float
+) -> Estimates:
     """Estimate parameters from ``slopes`` (m, n), the change of the residuals over the whole bounds of each parameter.
 
     The covariance is (J' J)^-1 with J of residuals and priors over their sd: that of values from single specimens.
@@ -82,10 +84,10 @@ def judgement(parameters: Sequence[Parameter], values: tuple[float, ...], slopes
         found.append(Estimate(value, float(off * p.span(value)), ends, float(moved)))
     warnings = [text for one in zip(parameters, found, here, strict=True) for text in _warnings(*one, noise)]
     if determined:
-        warnings += _correlated(parameters, covariance, known)
+        warnings += _correlation_warnings(parameters, covariance, known)
     elif known.any():
         warnings.append("the targets cannot determine all parameters: add a target or a prior")
-    return Judgement(found, warnings)
+    return Estimates(found, warnings)
 
 
 def _warnings(parameter: Parameter, found: Estimate, here: float, noise: float) -> list[str]:
@@ -95,30 +97,30 @@ def _warnings(parameter: Parameter, found: Estimate, here: float, noise: float) 
         small = f"{found.sensitivity:.2g} sd, less than noise = {noise:g}"
         return [f"{name} has no influence: over its bounds it changes the targets by {small}{prior}"]
     texts = []
-    if min(here, 1.0 - here) < AT_BOUND:
+    if min(here, 1.0 - here) < BOUND_MARGIN:
         texts.append(f"{name} is at its bound: widen the bounds unless it is a limit of the material")
     if found.interval == (parameter.low, parameter.high):
         texts.append(f"{name} is poorly determined: its 95 % interval is as wide as its bounds")
     return texts
 
 
-def _correlated(parameters: Sequence[Parameter], covariance: Array, known: NDArray[np.bool_]) -> list[str]:
+def _correlation_warnings(parameters: Sequence[Parameter], covariance: Array, known: NDArray[np.bool_]) -> list[str]:
     texts = []
     for a, b in combinations(np.flatnonzero(known).tolist(), 2):
         share = covariance[a, b] / np.sqrt(covariance[a, a] * covariance[b, b])
-        if abs(share) > CORRELATED:
+        if abs(share) > CORRELATION_LIMIT:
             names = f"{parameters[a].name} and {parameters[b].name}"
             texts.append(f"{names} are strongly correlated ({share:+.2f}): add a target or a prior")
     return texts
 
 
 def _slope(evaluator: Evaluator, best: Evaluation) -> Array:
-    """Slope (1, 1) at ``best`` of the parabola through it and its neighbours beyond :data:`NEAREST`."""
+    """Slope (1, 1) at ``best`` of the parabola through it and its neighbours beyond :data:`LEAST_DISTANCE`."""
     (parameter,) = evaluator.problem.parameters
     here = parameter.position(best.values[0])
     steps = [(parameter.position(one.values[0]) - here, one) for one in evaluator.history if one.good]
     nearest = [
-        min((step for step in steps if side * step[0] > NEAREST), key=lambda step: abs(step[0]), default=None)
+        min((step for step in steps if side * step[0] > LEAST_DISTANCE), key=lambda step: abs(step[0]), default=None)
         for side in (-1.0, 1.0)
     ]
     secants = [(abs(step), (one.residuals[0] - best.residuals[0]) / step) for step, one in filter(None, nearest)]
@@ -204,7 +206,7 @@ class Outcome:
     problem: Problem
     history: list[Evaluation]
     best: Evaluation | None
-    judgement: Judgement | None
+    estimates: Estimates | None
     failure: str = ""
 
     @property
@@ -231,7 +233,7 @@ def target_rows(outcome: Outcome) -> list[TargetRow]:
     for k, target in enumerate(outcome.problem.targets):
         off = simulated = outcome.best.simulated[k] if outcome.best else None
         more: dict[str, Any] = {}
-        if isinstance(target, Number):
+        if isinstance(target, NumberTarget):
             off = None if simulated is None else (simulated - target.mean) / target.sd
             more = {"quantity": target.quantity, "mean": target.mean, "sd": target.sd, "simulated": simulated}
         more |= {"test": target.test, "weight": target.weight, "source": target.source}
@@ -244,17 +246,17 @@ def parameter_rows(outcome: Outcome) -> list[ParameterRow]:
     rows = []
     runs = [case.run() for case in outcome.problem.cases]
     for k, one in enumerate(outcome.problem.parameters):
-        before = current(one.paths[0], runs)
+        before = current_number(one.paths[0], runs)
         value, source = (before.value, before.source) if isinstance(before, Quantity) else (before, "")
         mean, sd = one.prior or (None, None)
         more: dict[str, Any] = {}
-        if outcome.judgement:
-            found = outcome.judgement.found[k]
+        if outcome.estimates:
+            found = outcome.estimates.found[k]
             finite = found.sd if math.isfinite(found.sd) else None
             more = {"sd": finite, "interval_95": list(found.interval), "sensitivity_sd": found.sensitivity}
         more |= {"unit": one.unit, "low": one.low, "high": one.high, "start": one.start, "prior_mean": mean}
         more |= {"prior_sd": sd, "value": outcome.best.values[k] if outcome.best else None}
-        fields = [dotted(path) for path in one.paths]
+        fields = [dotted_path(path) for path in one.paths]
         rows.append(ParameterRow(fields=fields, before=value, before_source=source, **more))
     return rows
 
@@ -273,9 +275,9 @@ def calibration_of(outcome: Outcome) -> Calibration:
         calibration=outcome.problem.name, status="converged" if outcome.converged else "not converged",
         reason=outcome.failure, method=outcome.problem.method, parameters=parameter_rows(outcome),
         targets=target_rows(outcome), rms_deviation_sd=outcome.rms if outcome.best else None,
-        warnings=[*looser_note(records.values()), *(outcome.judgement.warnings if outcome.judgement else [])],
+        warnings=[*relaxed_limits_note(records.values()), *(outcome.estimates.warnings if outcome.estimates else [])],
         runs=outcome.runs, runs_by_status=dict(Counter(record.status for record in records.values())),
-        evaluations=points, version=knittest.__version__, code=code_digest(), written=now(),
+        evaluations=points, version=knittest.__version__, code=code_digest(), written=timestamp(),
     )  # fmt: skip
 
 

@@ -10,14 +10,14 @@ from knittest.base.files import write_atomic
 from knittest.base.kinds import DEFAULT
 from knittest.base.result_rows import LABELS, result_rows
 from knittest.config.base import Quantity
-from knittest.config.dumping import dump_mapping
-from knittest.config.fields import place
+from knittest.config.fields import field_at
 from knittest.config.run import RUNS, Run
-from knittest.export.lock import kept_beside
+from knittest.config.yaml_writer import dump_mapping
+from knittest.export.lock import copy_into_run
 from knittest.report_page.blocks import Block, Cell, Code, Table, Text, Tone
 from knittest.report_page.files import Number, Reader, Summary
 from knittest.report_page.pictures import picture
-from knittest.report_page.studies import Column, file_to_save, link, provenance, wide
+from knittest.report_page.studies import Column, file_to_save, link, provenance, split_table
 from knittest.studies.calibrate.outcome import Calibration, Outcome, TargetRow
 from knittest.studies.trials import page as parts
 from knittest.studies.trials.runner import TRIALS
@@ -58,21 +58,21 @@ def _fabric(outcome: Outcome, run: Run, folder: Path) -> dict[str, Any]:
     before = outcome.problem.cases[0].run().fabric
     for k, parameter in enumerate(outcome.problem.parameters):
         for path in (p for p in parameter.paths if p[0] == "fabric"):
-            field = place(path)
+            field = field_at(path)
             if field is not None and field.is_quantity:
                 keys = [str(part) for part in path[1:]]
                 holder: Any = reduce(getitem, keys[:-1], data)
                 quantity: Any = reduce(getattr, keys, before)
-                holder[keys[-1]] = _tuned(outcome, k, quantity)
+                holder[keys[-1]] = _tuned_quantity(outcome, k, quantity)
     for name, text in run.fabric.macro.curve_files.items():
         part, _, direction = name.partition(".")
-        data["macro"][part][direction or "curve"] = kept_beside(text, folder, f"{name.replace('.', '-')}.csv")
+        data["macro"][part][direction or "curve"] = copy_into_run(text, folder, f"{name.replace('.', '-')}.csv")
     if data.get("experiment"):
-        data["experiment"] = kept_beside(data["experiment"], folder, EXPERIMENT)
+        data["experiment"] = copy_into_run(data["experiment"], folder, EXPERIMENT)
     return data
 
 
-def _tuned(outcome: Outcome, k: int, before: Quantity) -> dict[str, Any]:
+def _tuned_quantity(outcome: Outcome, k: int, before: Quantity) -> dict[str, Any]:
     """Quantity with its new value; it keeps its scatter, which is that of the yarns or specimens."""
     scatter = {} if before.sd is None else {"sd": before.sd}
     value = outcome.best.values[k] if outcome.best else before.value
@@ -84,7 +84,7 @@ def _tuned(outcome: Outcome, k: int, before: Quantity) -> dict[str, Any]:
 def _provenance(outcome: Outcome, k: int) -> str:
     """Method, residual, interval and runs of parameter ``k``."""
     case = outcome.problem.cases[0].run().model
-    found = outcome.judgement.found[k] if outcome.judgement else None
+    found = outcome.estimates.found[k] if outcome.estimates else None
     interval = f", 95 % interval {found.interval[0]:.4g} to {found.interval[1]:.4g}" if found else ""
     rows = ", ".join(target.label for target in outcome.problem.targets)
     return (
@@ -100,7 +100,7 @@ def _rig_fields(outcome: Outcome, kind: str) -> dict[str, tuple[float, int]]:
         str(path[1]): (values[k], k)
         for k, parameter in enumerate(outcome.problem.parameters)
         for path in parameter.paths
-        if path[0] == "rig" and place(path, kind) is not None
+        if path[0] == "rig" and field_at(path, kind) is not None
     }
 
 
@@ -132,10 +132,10 @@ def _contents(reader: Reader, at: Path) -> parts.Contents:
         found.calibration, found.status, notes, [parts.facts_table("The calibration", facts)],
         [
             ("parameters", "Parameters", _parameters(found)),
-            ("targets", "Targets", [*_targets(found), *_others(reader, found)]),
+            ("targets", "Targets", [*_targets(found), *_other_results(reader, found)]),
             ("convergence", "Convergence", [picture(reader.folder / PICTURE, "Course of the search")]),
             ("points", "Points of the search", _points(reader.folder, at, found)),
-            ("repeat", "How to use and to repeat it", _repeat(reader, found)),
+            ("repeat", "How to use and to repeat it", _repeat_blocks(reader, found)),
         ],
     )  # fmt: skip
 
@@ -149,37 +149,37 @@ def _parameters(found: Calibration) -> list[Block]:
     named = [Cell(row.fields[0] if row.fields else "-", note=note) for row, note in zip(rows, also, strict=True)]
     columns = {
         "found (tuned)": [parts.number_cell(row.value, row.unit) for row in rows],
-        "95 % interval": [Cell(_between(row.interval_95)) for row in rows],
+        "95 % interval": [Cell(_interval_text(row.interval_95)) for row in rows],
         "before": [parts.number_cell(row.before, note=row.before_source) for row in rows],
-        "bounds": [Cell(_between((row.low, row.high))) for row in rows],
-        "prior": [Cell(_spread(row.prior_mean, row.prior_sd)) for row in rows],
+        "bounds": [Cell(_interval_text((row.low, row.high))) for row in rows],
+        "prior": [Cell(_mean_sd_text(row.prior_mean, row.prior_sd)) for row in rows],
         "sensitivity [sd]": [parts.number_cell(row.sensitivity_sd, form="{:.3g}") for row in rows],
     }
     if all(row.prior_mean is None for row in rows):
         del columns["prior"]
     numeric = [Column(name, cells, numeric=True) for name, cells in columns.items()]
-    tables = wide("Parameters, fitted to the targets below", [Column("parameter", named)], numeric)
+    tables = split_table("Parameters, fitted to the targets below", [Column("parameter", named)], numeric)
     return [*tables, Text(INTERVAL_NOTE)]
 
 
 def _targets(found: Calibration) -> list[Block]:
     rows = []
     for row in found.targets:
-        simulated = Cell("curve") if row.mean is None else parts.number_cell(row.simulated, form=_form(row))
+        simulated = Cell("curve") if row.mean is None else parts.number_cell(row.simulated, form=_number_format(row))
         off, weight = row.deviation_sd, "" if row.weight == 1.0 else f", weight {row.weight:g}"
         tone: Tone = "" if off is None else "good" if abs(off) <= 1.0 else "bad"
         target = Cell(row.target, note=f"test {row.test}{weight}: {row.source}")
         deviation = Cell("-") if off is None else Cell(f"{off:+.3f} sd", tone=tone)
-        rows.append((target, simulated, Cell(_spread(row.mean, row.sd)), deviation, Cell("tuned")))
+        rows.append((target, simulated, Cell(_mean_sd_text(row.mean, row.sd)), deviation, Cell("tuned")))
     header = ("target", "simulated", "wanted", "deviation", "kind")
     return [Table("Targets, at the values that were found", header, rows, (1, 2, 3))]
 
 
-def _form(row: TargetRow) -> str:
+def _number_format(row: TargetRow) -> str:
     return LABELS.get(row.quantity, ("", "{:.5g}"))[1]
 
 
-def _others(reader: Reader, found: Calibration) -> list[Block]:
+def _other_results(reader: Reader, found: Calibration) -> list[Block]:
     """Results of the same tests that were no targets, with the experiment."""
     aims = {(row.test, row.quantity) for row in found.targets}
     rows = []
@@ -206,34 +206,38 @@ def _points(folder: Path, at: Path, found: Calibration) -> list[Block]:
     ]  # fmt: skip
     naming = [Column("point", [Cell(str(one.number)) for one in points]), Column("state", states)]
     columns = [
-        Column(row.fields[0].split(".", 1)[-1], [parts.number_cell(_at(one.values, k)) for one in points], numeric=True)
+        Column(
+            row.fields[0].split(".", 1)[-1],
+            [parts.number_cell(_value_at(one.values, k)) for one in points],
+            numeric=True,
+        )
         for k, row in enumerate(found.parameters)
     ]
     columns += [
-        Column(row.target, [_simulated(_at(one.simulated or (), k), row) for one in points], numeric=True)
+        Column(row.target, [_simulated_cell(_value_at(one.simulated or (), k), row) for one in points], numeric=True)
         for k, row in enumerate(found.targets)
     ]
     for test in dict.fromkeys(test for one in points for test in one.trials):
         keys = [one.trials.get(test) for one in points]
         cells = [Cell(key[:6], href=link(folder, f"{TRIALS}/{key}", at)) if key else Cell("-") for key in keys]
         columns.append(Column(f"run {test}", cells))
-    return wide("All points that were tried; for curves the deviation", naming, columns)
+    return split_table("All points that were tried; for curves the deviation", naming, columns)
 
 
-def _at(values: Sequence[Number], k: int) -> Number:
+def _value_at(values: Sequence[Number], k: int) -> Number:
     """``values[k]``; None if a damaged file has fewer."""
     return values[k] if k < len(values) else None
 
 
-def _simulated(value: Number, row: TargetRow) -> Cell:
+def _simulated_cell(value: Number, row: TargetRow) -> Cell:
     if value is None:
         return Cell("-")
     if row.mean is None or not row.sd:
         return Cell(f"{value:.3f} sd", value)
-    return Cell(_form(row).format(value), value, note=f"{(value - row.mean) / row.sd:+.3f} sd")
+    return Cell(_number_format(row).format(value), value, note=f"{(value - row.mean) / row.sd:+.3f} sd")
 
 
-def _repeat(reader: Reader, found: Calibration) -> list[Block]:
+def _repeat_blocks(reader: Reader, found: Calibration) -> list[Block]:
     blocks = parts.repeat_blocks("calibrate", COPY, "The calibration; paths in it start at its own folder", reader)
     if (reader.folder / FABRIC).exists():
         blocks.append(Code(f"knittest {DEFAULT} --fabric {FABRIC}", "A test with the calibrated fabric"))
@@ -245,10 +249,10 @@ def _repeat(reader: Reader, found: Calibration) -> list[Block]:
     return [*blocks, *provenance(reader.folder, [f"{TRIALS}/{key}" for key in keys])]
 
 
-def _between(ends: Any) -> str:
+def _interval_text(ends: Any) -> str:
     low, high = ends if ends and len(ends) == 2 else (None, None)
     return "-" if low is None or high is None else f"{low:.4g} to {high:.4g}"
 
 
-def _spread(mean: Number, sd: Number) -> str:
+def _mean_sd_text(mean: Number, sd: Number) -> str:
     return "-" if mean is None or sd is None else f"{mean:.5g} ± {sd:.4g}"

@@ -12,14 +12,14 @@ from knittest.base.errors import InputError, KnittestError, ResourceError
 from knittest.base.history import Array
 from knittest.config import studies as file
 from knittest.config.base import Quantity
-from knittest.config.fields import place
+from knittest.config.fields import field_at
 from knittest.config.run import Run
 from knittest.config.settings import Setting
-from knittest.config.yaml_loader import Document, KeyPath, dotted
-from knittest.studies.calibrate.targets import Number, Target, targets_of
-from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import Case, fabric_path, file_beside, number_paths, settings_of, tried
-from knittest.studies.trials.runner import RESUME, TrialRunner
+from knittest.config.yaml_loader import Document, KeyPath, dotted_path
+from knittest.studies.calibrate.targets import NumberTarget, Target, targets_of
+from knittest.studies.homogenise.derived_card import complete_cards
+from knittest.studies.trials.case import Case, fabric_path, number_paths, round_to_trial, settings_of, sibling_file
+from knittest.studies.trials.runner import RESUME_HINT, TrialRunner
 from knittest.studies.trials.trial import Record, Trial, trial_of
 
 
@@ -39,13 +39,13 @@ class Parameter:
     @property
     def name(self) -> str:
         """Dotted path of the first field."""
-        return dotted(self.paths[0])
+        return dotted_path(self.paths[0])
 
     def value(self, position: float) -> float:
         """Value at ``position``, 0 at ``low`` and 1 at ``high``."""
         p = min(max(float(position), 0.0), 1.0)
         found = self.low * (self.high / self.low) ** p if self.log else self.low + p * (self.high - self.low)
-        return tried(found, self.low, self.high)
+        return round_to_trial(found, self.low, self.high)
 
     def position(self, value: float) -> float:
         """Position of ``value``, the inverse of :meth:`value`."""
@@ -59,7 +59,7 @@ class Parameter:
 
     def settings(self, value: float, kind: str) -> list[Setting]:
         """Settings of ``value`` at the paths that a test of ``kind`` has."""
-        return [Setting(path, value, self.where) for path in self.paths if place(path, kind) is not None]
+        return [Setting(path, value, self.where) for path in self.paths if field_at(path, kind) is not None]
 
 
 def parameters_of(calibration: file.Calibration, document: Document, runs: Sequence[Run]) -> list[Parameter]:
@@ -70,22 +70,22 @@ def parameters_of(calibration: file.Calibration, document: Document, runs: Seque
         where = document.where(("parameters", name))
         paths = number_paths([name, *one.also], where, kinds, claimed)
         prior = None if one.mean is None or one.sd is None else (one.mean, one.sd)
-        field = next(field for kind in kinds if (field := place(paths[0], kind)))
-        start = _start(one, current(paths[0], runs))
+        field = next(field for kind in kinds if (field := field_at(paths[0], kind)))
+        start = _start_value(one, current_number(paths[0], runs))
         found.append(Parameter(paths, field.unit, one.low, one.high, start, one.spacing == "log", prior, where))
     return found
 
 
-def _start(one: file.Parameter, here: Quantity | float | None) -> float:
+def _start_value(one: file.Parameter, here: Quantity | float | None) -> float:
     for value in (one.start, one.mean, here.value if isinstance(here, Quantity) else here):
         if value is not None and one.low <= value <= one.high:
             return value
     return float(np.sqrt(one.low * one.high)) if one.spacing == "log" else 0.5 * (one.low + one.high)
 
 
-def current(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
+def current_number(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
     """Number at ``path`` in the first run that has it; ``None`` for anything but a number."""
-    run: Any = next((run for run in runs if place(path, run.rig.kind) is not None), None)
+    run: Any = next((run for run in runs if field_at(path, run.rig.kind) is not None), None)
     value = reduce(lambda found, part: getattr(found, str(part), None), path, run)
     return value if isinstance(value, Quantity | int | float) else None
 
@@ -104,7 +104,7 @@ class Problem:
         """Run of ``case`` with ``values`` of the parameters."""
         pairs = zip(self.parameters, values, strict=True)
         run = case.run([setting for one, value in pairs for setting in one.settings(value, case.kind)])
-        return with_cards([run])[0]
+        return complete_cards([run])[0]
 
     @property
     def method(self) -> file.Method:
@@ -117,7 +117,7 @@ class Problem:
     @property
     def root_hindrance(self) -> str:
         """Reason why the method root does not fit; empty if it does."""
-        if len(self.parameters) != 1 or len(self.targets) != 1 or not isinstance(self.targets[0], Number):
+        if len(self.parameters) != 1 or len(self.targets) != 1 or not isinstance(self.targets[0], NumberTarget):
             return "expected one parameter, and one number as target"
         return "expected a parameter without a prior" if self.parameters[0].prior else ""
 
@@ -130,7 +130,7 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     cases = []
     for name, test in calibration.tests.items():
         at = ("tests", name)
-        config = test.config and file_beside(document, test.config, document.where((*at, "config")))
+        config = test.config and sibling_file(document, test.config, document.where((*at, "config")))
         settings = (*base, *settings_of(test, document, at))
         cases.append(Case(name, test.test, fabric, config or None, settings, accept_limits))
     runs = {case.name: case.run() for case in cases}
@@ -152,16 +152,16 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     return problem
 
 
-def described(values: Sequence[float], parameters: Sequence[Parameter]) -> str:
+def describe_point(values: Sequence[float], parameters: Sequence[Parameter]) -> str:
     """``strain.warp=1.75, ...``: a point in a line."""
     pairs = zip(parameters, values, strict=True)
-    return ", ".join(f"{'.'.join(dotted(p.paths[0]).split('.')[-2:])}={value:.5g}" for p, value in pairs)
+    return ", ".join(f"{'.'.join(dotted_path(p.paths[0]).split('.')[-2:])}={value:.5g}" for p, value in pairs)
 
 
 Point = tuple[float, ...]
 
 
-class Exhausted(KnittestError):
+class RunLimitReached(KnittestError):
     """The largest allowed number of runs is reached."""
 
 
@@ -197,7 +197,8 @@ class Evaluation:
 class Evaluator:
     """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` gets every evaluation, ``ended`` every record.
 
-    Raises :class:`Exhausted` before it exceeds the allowed number of runs, :class:`ResourceError` if the machine has no
+    Raises :class:`RunLimitReached` before it exceeds the allowed number of runs, :class:`ResourceError` if the
+    machine has no
     room for a trial, :class:`InputError` for a target that no test has.
     """
 
@@ -211,7 +212,7 @@ class Evaluator:
         self._asked: set[str] = set()
         self._records: dict[str, Record] = {}
 
-    def many(self, points: Sequence[Point]) -> list[Evaluation]:
+    def evaluate_points(self, points: Sequence[Point]) -> list[Evaluation]:
         """Evaluate ``points`` in parallel; each point is evaluated once in a calibration."""
         new = [point for point in dict.fromkeys(points) if point not in self._known]
         trials = {point: self._trials(point) for point in new}
@@ -225,7 +226,7 @@ class Evaluator:
 
     def _trials(self, point: Point) -> dict[str, Trial] | str:
         """Trials at ``point`` by test, or the reason why its input is invalid."""
-        label = described(point, self.problem.parameters)
+        label = describe_point(point, self.problem.parameters)
         try:
             return {c.name: trial_of(self.problem.run(c, point), f"{c.name}: {label}") for c in self.problem.cases}
         except InputError as error:
@@ -235,13 +236,13 @@ class Evaluator:
         wanted = {trial.key: trial for trial in trials if trial.key not in self._asked}
         most = self.problem.calibration.max_runs
         if len(self._asked) + len(wanted) > most:
-            raise Exhausted(f"the search needs more than max_runs = {most} runs")
+            raise RunLimitReached(f"the search needs more than max_runs = {most} runs")
         self._asked |= wanted.keys()
         for record in self._runner.run(list(wanted.values())):
             self._records[record.key] = record
             self._ended(wanted[record.key], record)
             if record.status == "blocked":
-                raise ResourceError(f"{record.reason}; {RESUME}")
+                raise ResourceError(f"{record.reason}; {RESUME_HINT}")
 
     def _evaluation(self, point: Point, trials: dict[str, Trial] | str) -> Evaluation:
         number = len(self.history) + 1

@@ -10,14 +10,14 @@ from knittest.base.errors import InputError
 from knittest.base.files import data_dir
 from knittest.base.history import Array
 from knittest.base.kinds import kinds
-from knittest.base.result_rows import number_of, of_nominal_size
+from knittest.base.result_rows import number_of, to_nominal_size
 from knittest.config import studies as file
 from knittest.config.run import Run
 from knittest.config.yaml_loader import Document
-from knittest.experiment.compare import columns_of
+from knittest.experiment.comparison import columns_of
 from knittest.experiment.curves import ReferenceCurve, find_curve
 from knittest.experiment.origin import ROW_NAMES
-from knittest.experiment.tables import PublishedValue, published
+from knittest.experiment.tables import PublishedValue, published_rows
 from knittest.laboratory.report_base import REPORTS
 from knittest.studies.trials.trial import Record
 
@@ -28,7 +28,7 @@ LEAST_SCATTER = 0.1
 
 
 @dataclass(frozen=True)
-class Number:
+class NumberTarget:
     """Target ``mean`` of the result ``quantity``; deviations are over ``sd``; both come from ``source``.
 
     ``factors``, one a specimen, scale results of specimens of whole yarns to the nominal size.
@@ -49,7 +49,7 @@ class Number:
         if self.quantity not in record.values:
             known = ", ".join(record.values)
             raise InputError(f"{self.where}: quantity = {self.quantity}: the test has no such result (known: {known})")
-        found = number_of(of_nominal_size(record.values[self.quantity], self.factors))
+        found = number_of(to_nominal_size(record.values[self.quantity], self.factors))
         return math.nan if found is None else found
 
     def deviations(self, record: Record, folder: Path) -> Array:
@@ -58,7 +58,7 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Curve:
+class CurveTarget:
     """Reference curve for the test ``run``; ``sd`` (n,) belongs to the points ``x`` (n,), ``y`` (n,)."""
 
     test: str
@@ -87,14 +87,14 @@ class Curve:
 
         table = pd.read_csv(folder / "curve.csv")
         columns = {str(name): table[name].to_numpy(float) for name in table}
-        columns = REPORTS[self.run.rig.kind].for_nominal_size(self.run, columns)
+        columns = REPORTS[self.run.rig.kind].scale_to_nominal_size(self.run, columns)
         x, y = (columns[name] for name in columns_of(columns, self.reference))
         forward = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
         found = np.interp(self.x, x[forward], y[forward])
         return np.asarray((found - self.y) / self.sd / np.sqrt(len(self.x)))
 
 
-Target = Number | Curve
+Target = NumberTarget | CurveTarget
 
 
 def targets_of(calibration: file.Calibration, document: Document, runs: dict[str, Run]) -> list[Target]:
@@ -106,31 +106,31 @@ def targets_of(calibration: file.Calibration, document: Document, runs: dict[str
         if one.test not in runs:
             raise InputError(f"{where}: test = {one.test}: no such test in this file (known: {', '.join(runs)})")
         run = runs[one.test]
-        found.append(_curve(one, run, folder, where) if one.curve else _number(one, run, where))
+        found.append(_curve_target(one, run, folder, where) if one.curve else _number_target(one, run, where))
     return found
 
 
-def _number(one: file.Target, run: Run, where: str) -> Number:
+def _number_target(one: file.Target, run: Run, where: str) -> NumberTarget:
     quantity = str(one.quantity)
     if one.value is not None and one.sd is not None:
         label = f"{run.direction} {quantity} = {one.value:g}".strip()
-        return Number(one.test, quantity, one.value, one.sd, one.weight, "given in the file", label, where)
-    row = _row(quantity, run, where)
+        return NumberTarget(one.test, quantity, one.value, one.sd, one.weight, "given in the file", label, where)
+    row = _published_row(quantity, run, where)
     sd = row.sd if one.sd is None else one.sd
     if not sd > 0.0:
         raise InputError(f"{where}: quantity = {quantity}: the table states no scatter: add sd")
     named = (f"V{run.fabric.experiment_variant}", run.direction, ROW_NAMES.get(quantity, quantity))
     label = " ".join(filter(None, named))
-    return Number(one.test, quantity, row.mean, sd, one.weight, row.table, label, where, row.factors)
+    return NumberTarget(one.test, quantity, row.mean, sd, one.weight, row.table, label, where, row.factors)
 
 
-def _row(quantity: str, run: Run, where: str) -> PublishedValue:
+def _published_row(quantity: str, run: Run, where: str) -> PublishedValue:
     fabric = run.fabric
     if fabric.experiment is None or fabric.experiment_variant is None:
         raise InputError(f"{where}: quantity = {quantity}: {fabric.name} names no experiment: add value and sd")
     folder = data_dir() / fabric.experiment
     try:
-        rows = published(folder, fabric.experiment_variant, run.direction, kinds()[run.rig.kind].published)
+        rows = published_rows(folder, fabric.experiment_variant, run.direction, kinds()[run.rig.kind].published)
     except InputError as error:
         raise InputError(f"{where}: quantity = {quantity}: {error}; add value and sd instead") from None
     report = REPORTS[run.rig.kind]
@@ -143,11 +143,11 @@ def _row(quantity: str, run: Run, where: str) -> PublishedValue:
     return scaled[0]
 
 
-def _curve(one: file.Target, run: Run, folder: Path, where: str) -> Curve:
+def _curve_target(one: file.Target, run: Run, folder: Path, where: str) -> CurveTarget:
     own = folder / str(one.curve)
     try:
         found = find_curve(own if own.is_file() else Path(str(one.curve)))
-        reference: ReferenceCurve = REPORTS[run.rig.kind].matched(run, found)
+        reference: ReferenceCurve = REPORTS[run.rig.kind].scale_curve(run, found)
     except InputError as error:
         raise InputError(f"{where}: curve: {error}") from None
     x = np.linspace(reference.x[0], reference.x[-1], CURVE_POINTS)
@@ -159,4 +159,4 @@ def _curve(one: file.Target, run: Run, folder: Path, where: str) -> Curve:
         raise InputError(f"{where}: curve = {one.curve}: its sd is 0 everywhere: add sd")
     y, sd = np.interp(x, reference.x, reference.mean), np.maximum(sd, LEAST_SCATTER * sd.max())
     label = f"{run.direction} curve {Path(str(one.curve)).name}".strip()
-    return Curve(one.test, run, reference, x, y, sd, one.weight, label, where)
+    return CurveTarget(one.test, run, reference, x, y, sd, one.weight, label, where)

@@ -10,19 +10,19 @@ from numpy.typing import NDArray
 
 from knittest.base.errors import NumericalError
 from knittest.base.files import write_atomic
-from knittest.config.dumping import dump_mapping
 from knittest.config.fabric import Direction
 from knittest.config.laws import ELASTIC
 from knittest.config.run import Run
+from knittest.config.yaml_writer import dump_mapping
 from knittest.experiment.curves import FORCE_PER_WIDTH, START
-from knittest.export.lock import DATA_FOLDER, kept_beside
+from knittest.export.lock import DATA_FOLDER, copy_into_run
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
-from knittest.studies.homogenise.plan import PIECES, Piece, overhang, width
+from knittest.studies.homogenise.plan import PLANNED_TESTS, PlannedTest, overhang, width
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def tension_curve(strain: Array, force: Array) -> tuple[Array, Array]:
 
 
 @dataclass(frozen=True)
-class Tested:
+class FinishedTest:
     """Finished test: its run, folder, results and key."""
 
     run: Run
@@ -77,11 +77,11 @@ class Tested:
     key: str
 
 
-class NotTornError(NumericalError):
+class NoYarnFailureError(NumericalError):
     """The path ended before a yarn failed."""
 
 
-def pulled(test: Tested) -> tuple[Array, Array]:
+def tension_to_peak(test: FinishedTest) -> tuple[Array, Array]:
     """Strain [%] and force per width [N/mm] up to the largest force, (n,)."""
     cell = isinstance(test.run, CellRun)
     column = f"{test.run.rig.path}_n_per_mm" if isinstance(test.run, CellRun) else "force_n"
@@ -90,16 +90,16 @@ def pulled(test: Tested) -> tuple[Array, Array]:
     return strain[:end], force[:end] if cell else force[:end] / width(test.run)
 
 
-def tension_of(test: Tested) -> tuple[Array, Array]:
-    """Tension curve of the macro model; raises :class:`NotTornError` if no yarn of a cell failed."""
+def tension_of(test: FinishedTest) -> tuple[Array, Array]:
+    """Tension curve of the macro model; raises :class:`NoYarnFailureError` if no yarn of a cell failed."""
     run = test.run
     if isinstance(run, CellRun) and "cell_fracture_strain_pct" not in test.results:
         limit = f"rig.max_strain = {run.rig.max_strain:g} %"
-        raise NotTornError(f"path {run.rig.path}: no yarn failed up to {limit}: increase it")
-    return tension_curve(*pulled(test))
+        raise NoYarnFailureError(f"path {run.rig.path}: no yarn failed up to {limit}: increase it")
+    return tension_curve(*tension_to_peak(test))
 
 
-def normalised(test: Tested) -> tuple[Array, Array]:
+def normalised_shear_force(test: FinishedTest) -> tuple[Array, Array]:
     """Shear angle [deg] and normalised force [N/mm], (n,)."""
     if not isinstance(test.run, CellRun):
         return read_columns(test.folder, FRAME_ANGLE, NORMALISED)
@@ -107,12 +107,12 @@ def normalised(test: Tested) -> tuple[Array, Array]:
     return angle, force / np.cos(np.deg2rad(angle))
 
 
-def shear_law(test: Tested) -> tuple[Array, Array]:
+def shear_law(test: FinishedTest) -> tuple[Array, Array]:
     """Shear law of the macro model: of a frame after its start-up; of a cell, which has none, from 0 on."""
-    return homogenised_law(*normalised(test), 0.0 if isinstance(test.run, CellRun) else START)
+    return homogenised_law(*normalised_shear_force(test), 0.0 if isinstance(test.run, CellRun) else START)
 
 
-def bending_stiffness(test: Tested) -> float:
+def bending_stiffness(test: FinishedTest) -> float:
     """Bending stiffness per width [N mm]; of a strip that of the heavy elastica with the same chord angle."""
     run = test.run
     if isinstance(run, CellRun):
@@ -129,7 +129,7 @@ DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 
 @dataclass(frozen=True)
-class Card:
+class MacroCard:
     """Macro material card from ``tests``: tension curves, strain [%] and force per width [N/mm], by direction; shear
     law, angle [deg] and conjugate force [N/mm]; bending stiffness [N mm] by direction.
     """
@@ -137,10 +137,10 @@ class Card:
     tension: dict[Direction, tuple[Array, Array]]
     shear: tuple[Array, Array]
     bending: dict[Direction, float]
-    tests: dict[Piece, Tested]
+    tests: dict[PlannedTest, FinishedTest]
 
 
-def card_of(tests: dict[Piece, Tested]) -> Card:
+def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
     """Derive the card from finished ``tests``; raises :class:`NumericalError` for a curve of too few points."""
     tension: dict[Direction, tuple[Array, Array]] = {}
     bending: dict[Direction, float] = {}
@@ -152,32 +152,32 @@ def card_of(tests: dict[Piece, Tested]) -> Card:
             tension[piece.direction] = tension_of(test)
         elif piece.direction:
             bending[piece.direction] = bending_stiffness(test)
-    return Card(tension, shear, bending, tests)
+    return MacroCard(tension, shear, bending, tests)
 
 
-def write_card(card: Card, folder: Path, command: str) -> Path:
+def write_card(card: MacroCard, folder: Path, command: str) -> Path:
     """Write the fabric file and its curves to ``folder``; returns its path. Raises :class:`ResourceError`."""
     data = folder / DATA_FOLDER
     data.mkdir(exist_ok=True)
     run = next(iter(card.tests.values())).run
-    kind = f"# kind: simulated\n# fabric: {_name(run)}\n"
+    kind = f"# kind: simulated\n# fabric: {_fabric_name(run)}\n"
     for direction, (strain, force) in card.tension.items():
-        pulled_run = card.tests[Piece("tensile", direction)].run
+        pulled_run = card.tests[PlannedTest("tensile", direction)].run
         lines = [f"source: {_source(card, 'tensile', direction)}", "test: tensile", f"direction: {direction}"]
         if isinstance(pulled_run, TensileRun):
             lines.append(f"strip_width_mm: {width(pulled_run):.6g}")
             lines.append(f"gauge_length_mm: {pulled_run.rig.gauge_length:g}")
         lines += [f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}"]
         head = kind + "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
-        write_atomic(data / f"tension-{direction}.csv", head + _rows(strain, force))
+        write_atomic(data / f"tension-{direction}.csv", head + _csv_rows(strain, force))
     head = f"{kind}# source: {_source(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
-    write_atomic(data / "shear.csv", head + _rows(*card.shear))
+    write_atomic(data / "shear.csv", head + _csv_rows(*card.shear))
     head = f"# Fabric {run.fabric.name} with a macro material card from meso simulations, made by\n#   {command}\n"
     write_atomic(folder / FABRIC, head + dump_mapping(_fabric(card, run, folder), ("fabric",)))
     return folder / FABRIC
 
 
-def card_numbers(card: Card) -> dict[str, float]:
+def card_numbers(card: MacroCard) -> dict[str, float]:
     """Single numbers of the card by their field, and the ends of its curves."""
     found: dict[str, float] = {}
     for direction in DIRECTIONS:
@@ -190,37 +190,39 @@ def card_numbers(card: Card) -> dict[str, float]:
     return found
 
 
-def _name(run: Run) -> str:
+def _fabric_name(run: Run) -> str:
     return run.fabric.name[: LONGEST_NAME - len(SUFFIX)] + SUFFIX
 
 
-def _fabric(card: Card, run: Run, folder: Path) -> dict[str, Any]:
+def _fabric(card: MacroCard, run: Run, folder: Path) -> dict[str, Any]:
     """Fields of the fabric of ``run`` with the card as its macro material."""
     data: dict[str, Any] = run.fabric.model_dump(mode="json", exclude_none=True)
-    data["name"] = _name(run)
+    data["name"] = _fabric_name(run)
     data["title"] = f"{run.fabric.title}; macro material card homogenised from yarns".removeprefix("; ")
     macro = data["macro"]
     friction = ELASTIC if run.fabric.macro.shear is None else run.fabric.macro.shear.friction_share
     macro["tension"] = {d: f"{DATA_FOLDER}/tension-{d}.csv" for d in DIRECTIONS}
     ends = {d: float(card.tension[d][0][-1]) for d in DIRECTIONS}
-    macro["fracture_strain"] = {d: _derived(end, _source(card, "tensile", d)) for d, end in ends.items()}
-    macro["bending_stiffness"] = {d: _derived(card.bending[d], _source(card, "cantilever", d)) for d in DIRECTIONS}
+    macro["fracture_strain"] = {d: _derived_quantity(end, _source(card, "tensile", d)) for d, end in ends.items()}
+    macro["bending_stiffness"] = {
+        d: _derived_quantity(card.bending[d], _source(card, "cantilever", d)) for d in DIRECTIONS
+    }
     macro["shear"] = {
         "kind": "table", "curve": f"{DATA_FOLDER}/shear.csv", "source": "derived",
         "ref": _source(card, "picture-frame"), "friction_share": friction.model_dump(mode="json", exclude_none=True),
     }  # fmt: skip
     if data.get("experiment"):
-        data["experiment"] = kept_beside(data["experiment"], folder, "experiment")
+        data["experiment"] = copy_into_run(data["experiment"], folder, "experiment")
     return data
 
 
-def _derived(value: float, ref: str) -> dict[str, Any]:
+def _derived_quantity(value: float, ref: str) -> dict[str, Any]:
     return {"value": float(f"{value:.6g}"), "source": "derived", "ref": ref}
 
 
-def _source(card: Card, kind: str, direction: Direction | None = None) -> str:
+def _source(card: MacroCard, kind: str, direction: Direction | None = None) -> str:
     """Source of a number: its run."""
-    piece = next(p for p in PIECES if (p.kind, p.direction) == (kind, direction))
+    piece = next(p for p in PLANNED_TESTS if (p.kind, p.direction) == (kind, direction))
     test = card.tests[piece]
     run = test.run
     of = f"{piece.name}, meso model"
@@ -233,5 +235,5 @@ def _source(card: Card, kind: str, direction: Direction | None = None) -> str:
     )
 
 
-def _rows(x: Array, y: Array) -> str:
+def _csv_rows(x: Array, y: Array) -> str:
     return "".join(f"{a:.6g},{b:.6g}\n" for a, b in zip(x, y, strict=True))

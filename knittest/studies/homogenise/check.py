@@ -5,8 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from knittest.laboratory.cell.config import CellRun
-from knittest.studies.homogenise.card import Array, Tested, bending_stiffness, normalised, pulled
-from knittest.studies.homogenise.plan import Piece, width
+from knittest.studies.homogenise.card import (
+    Array,
+    FinishedTest,
+    bending_stiffness,
+    normalised_shear_force,
+    tension_to_peak,
+)
+from knittest.studies.homogenise.plan import PlannedTest, width
 
 #: largest deviation [%] at which the macro model reproduces the meso model
 TOLERANCE = 5.0
@@ -17,7 +23,7 @@ NEAR_STRAIN, NEAR_ANGLE = 0.01, 0.5
 
 
 @dataclass(frozen=True)
-class Row:
+class ScaleRow:
     """One number of both scales; ``deviation`` [%] is that of the macro model."""
 
     test: str
@@ -28,20 +34,22 @@ class Row:
     deviation: float
 
     @property
-    def within(self) -> bool:
+    def is_within_tolerance(self) -> bool:
         """Tell whether the deviation is within :data:`TOLERANCE`."""
         return abs(self.deviation) <= TOLERANCE
 
 
-def compared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
+def compare_scales(piece: PlannedTest, yarns: FinishedTest, shells: FinishedTest) -> list[ScaleRow]:
     """Rows of a test that both scales have, of the same size."""
     if piece.kind == "tensile":
-        return _pulled(piece, yarns, shells)
+        return _tension_rows(piece, yarns, shells)
     if piece.kind == "picture-frame":
-        own, other = normalised(yarns), normalised(shells)
+        own, other = normalised_shear_force(yarns), normalised_shear_force(shells)
         last = min(own[0][-1], other[0][-1])
         return [
-            _row(piece, f"normalised force at {a:g} deg", "N/mm", *(_near(*c, a, NEAR_ANGLE) for c in (own, other)))
+            _row(
+                piece, f"normalised force at {a:g} deg", "N/mm", *(_mean_near(*c, a, NEAR_ANGLE) for c in (own, other))
+            )
             for a in ANGLES
             if a <= last
         ]
@@ -51,9 +59,9 @@ def compared(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
     return [_row(piece, "chord angle", "deg", *(t.results["chord_angle_deg"] for t in (yarns, shells))), stiffness]
 
 
-def _pulled(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
+def _tension_rows(piece: PlannedTest, yarns: FinishedTest, shells: FinishedTest) -> list[ScaleRow]:
     """Rows of a strip in N, of a cell in N/mm."""
-    own, other = pulled(yarns), pulled(shells)
+    own, other = tension_to_peak(yarns), tension_to_peak(shells)
     unit = "N/mm" if isinstance(yarns.run, CellRun) else "N"
     if unit == "N":
         own, other = ((strain, force * width(t.run)) for (strain, force), t in ((own, yarns), (other, shells)))
@@ -64,20 +72,20 @@ def _pulled(piece: Piece, yarns: Tested, shells: Tested) -> list[Row]:
     rows = [_row(piece, "largest force", unit, *peaks), _row(piece, "strain there", "%", *strains)]
     last = own[0][-1]
     for share in SHARES:
-        forces = (_near(*curve, share * last, NEAR_STRAIN * last) for curve in (own, other))
+        forces = (_mean_near(*curve, share * last, NEAR_STRAIN * last) for curve in (own, other))
         rows.append(_row(piece, f"force at {100 * share:g} % of the strain", unit, *forces))
     shared = own[0] <= other[0][-1]
     off = np.interp(own[0][shared], *other) - own[1][shared]
     worst = int(np.argmax(np.abs(off)))
     force, share = float(own[1][worst]), float(100.0 * off[worst] / own[1][-1])
     name = f"largest difference, at {own[0][worst]:.2f} %, over the peak"
-    return [*rows, Row(piece.name, name, unit, force, force + float(off[worst]), share)]
+    return [*rows, ScaleRow(piece.name, name, unit, force, force + float(off[worst]), share)]
 
 
-def _near(x: Array, y: Array, at: float, half: float) -> float:
+def _mean_near(x: Array, y: Array, at: float, half: float) -> float:
     """Mean of y within ``half`` of ``at``, on lines between the points."""
     return float(np.interp(np.linspace(at - half, at + half, 21), x, y).mean())
 
 
-def _row(piece: Piece, quantity: str, unit: str, yarns: float, shells: float) -> Row:
-    return Row(piece.name, quantity, unit, yarns, shells, 100.0 * (shells / yarns - 1.0) if yarns else np.inf)
+def _row(piece: PlannedTest, quantity: str, unit: str, yarns: float, shells: float) -> ScaleRow:
+    return ScaleRow(piece.name, quantity, unit, yarns, shells, 100.0 * (shells / yarns - 1.0) if yarns else np.inf)

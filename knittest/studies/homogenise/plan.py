@@ -20,11 +20,11 @@ from knittest.laboratory.tensile.config import TensileRun
 #: meso simulations of a card: tests of specimens, or paths of a periodic cell
 Source = Literal["tests", "cell"]
 #: least length of the strip of a cantilever over its overhang
-LONGER = 1.2
+LENGTH_FACTOR = 1.2
 
 
 @dataclass(frozen=True)
-class Piece:
+class PlannedTest:
     """Test of the plan, along ``direction`` if it has one."""
 
     kind: str
@@ -36,9 +36,10 @@ class Piece:
         return f"{self.kind} {self.direction or ''}".strip()
 
 
-PIECES = (
-    Piece("tensile", "warp"), Piece("tensile", "weft"), Piece("picture-frame"), Piece("cantilever", "warp"),
-    Piece("cantilever", "weft"),
+PLANNED_TESTS = (
+    PlannedTest("tensile", "warp"), PlannedTest("tensile", "weft"),
+    PlannedTest("picture-frame"), PlannedTest("cantilever", "warp"),
+    PlannedTest("cantilever", "weft"),
 )  # fmt: skip
 
 
@@ -59,23 +60,27 @@ class Request:
     source: Source = "tests"
 
 
-def yarn_run(request: Request, piece: Piece) -> Run:
+def meso_run(request: Request, piece: PlannedTest) -> Run:
     """Meso run of ``piece``; raises :class:`InputError` for invalid settings."""
     settings = settings_for(request.sets, piece)
-    run = resolved(request, piece.kind, piece.direction, settings)
+    run = resolve_meso_run(request, piece.kind, piece.direction, settings)
     if run.variability.specimens > 1:
         raise InputError("variability.specimens: a card is made of single specimens: leave it at 1")
     if isinstance(run, CantileverRun):  # without loops it would hang at a chord of 41.5 deg
         fabric, along = run.fabric, run.rig.direction
         stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(along) * fabric.density_per_mm.of(along)
-        overhang = run.rig.overhang or round(hanging(stiffness, run), 1)
-        length = max(run.rig.length, LONGER * overhang)
-        more = [own("rig.mode", "angle"), own("rig.overhang", overhang), own("rig.length", length)]
-        run = resolved(request, piece.kind, piece.direction, [*settings, *more])
+        overhang = run.rig.overhang or round(overhang_for_chord(stiffness, run), 1)
+        length = max(run.rig.length, LENGTH_FACTOR * overhang)
+        more = [
+            command_setting("rig.mode", "angle"),
+            command_setting("rig.overhang", overhang),
+            command_setting("rig.length", length),
+        ]
+        run = resolve_meso_run(request, piece.kind, piece.direction, [*settings, *more])
     return run
 
 
-def resolved(request: Request, test: str, direction: Direction | None, sets: Sequence[Setting]) -> Run:
+def resolve_meso_run(request: Request, test: str, direction: Direction | None, sets: Sequence[Setting]) -> Run:
     """Meso run of ``test`` with the fabric and settings of ``request``."""
     return resolve(
         variant=request.variant, fabric=request.fabric, parameters=request.parameters, preset=request.preset,
@@ -84,28 +89,31 @@ def resolved(request: Request, test: str, direction: Direction | None, sets: Seq
     )  # fmt: skip
 
 
-def hanging(stiffness: float, run: CantileverRun) -> float:
+def overhang_for_chord(stiffness: float, run: CantileverRun) -> float:
     """Overhang [mm] of a chord of 41.5 deg for a ``stiffness`` B [N mm]: 2 (B / w)^(1/3), Eq. 2 of Pham et al."""
     weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
     return 2.0 * float((stiffness / weight) ** (1.0 / 3.0))
 
 
-def shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float) -> Run:
+def macro_run(piece: PlannedTest, yarns: Run, card: Path, last_angle: float) -> Run:
     """Macro run of ``piece`` with the file ``card``, of the size of ``yarns``; a frame up to ``last_angle`` [deg]."""
     settings = list[Setting]()
     if isinstance(yarns, TensileRun):
-        settings = [own("rig.gauge_length", yarns.rig.gauge_length)]
+        settings = [command_setting("rig.gauge_length", yarns.rig.gauge_length)]
     elif isinstance(yarns, CantileverRun):
-        settings = [own(f"rig.{name}", getattr(yarns.rig, name)) for name in ("mode", "overhang", "length", "gravity")]
+        settings = [
+            command_setting(f"rig.{name}", getattr(yarns.rig, name))
+            for name in ("mode", "overhang", "length", "gravity")
+        ]
     elif isinstance(yarns, PictureFrameRun):
         angle = min(yarns.rig.max_angle, _rounded_down(last_angle))
-        settings = [own("rig.side", yarns.rig.side), own("rig.max_angle", angle)]
+        settings = [command_setting("rig.side", yarns.rig.side), command_setting("rig.max_angle", angle)]
     if piece.direction:
-        settings.append(own("rig.width", width(yarns)))
-    return on_shells(piece, yarns, card, settings)
+        settings.append(command_setting("rig.width", width(yarns)))
+    return resolve_macro_run(piece, yarns, card, settings)
 
 
-def on_shells(piece: Piece, yarns: Run, card: Path, settings: Sequence[Setting]) -> Run:
+def resolve_macro_run(piece: PlannedTest, yarns: Run, card: Path, settings: Sequence[Setting]) -> Run:
     """Macro run of ``piece`` with the fabric file ``card``, and preset and seed of ``yarns``."""
     return resolve(
         fabric=card, preset=yarns.model.preset, seed=yarns.variability.seed, scale="macro", test=piece.kind,
@@ -126,9 +134,9 @@ def overhang(run: Run) -> float:
     return run.rig.overhang_mm
 
 
-def settings_for(texts: Sequence[str], piece: Piece) -> list[Setting]:
+def settings_for(texts: Sequence[str], piece: PlannedTest) -> list[Setting]:
     """Settings among ``texts`` that are for ``piece``."""
-    kinds = {one.kind for one in PIECES}
+    kinds = {one.kind for one in PLANNED_TESTS}
     found = []
     for text in texts:
         kind, _, rest = text.partition(".")
@@ -139,36 +147,36 @@ def settings_for(texts: Sequence[str], piece: Piece) -> list[Setting]:
     return found
 
 
-def own(name: str, value: object) -> Setting:
+def command_setting(name: str, value: object) -> Setting:
     """Setting of the command itself."""
     return Setting(tuple(name.split(".")), value, "knittest homogenise")
 
 
 #: largest strain of tensile paths over the strain at which straight yarns fail
-BEYOND = 1.05
+STRAIN_MARGIN = 1.05
 #: angle [deg] of the sheared cell: the last whole step of the law is beyond 40 deg
 ANGLE = 42.5
 
 
-def cell_run(request: Request, piece: Piece) -> Run:
+def cell_run(request: Request, piece: PlannedTest) -> Run:
     """Path of a cell in place of ``piece``; raises :class:`InputError` for invalid settings and other paths."""
-    sets, fixed = settings_for(request.sets, piece), _path(piece)
+    sets, fixed = settings_for(request.sets, piece), _path_settings(piece)
     for setting in sets:
         if (name := ".".join(map(str, setting.path))) in fixed:
             needed = f"{name} = {fixed[name]}"
             raise InputError(f"{setting.said}: {piece.name} of a cell needs {needed}: remove this setting")
-    settings = [own(name, value) for name, value in fixed.items()]
-    run = resolved(request, "cell", None, [*settings, *sets])
+    settings = [command_setting(name, value) for name, value in fixed.items()]
+    run = resolve_meso_run(request, "cell", None, [*settings, *sets])
     if run.variability.specimens > 1:
         raise InputError("variability.specimens: all yarns of a cell are equal: leave it at 1")
     usual = []  # tensile paths reach yarn failure, and the shear law ends beyond 40 deg
     if piece.kind == "tensile":
         yarn = run.fabric.reinforcing
         most = (1.0 + yarn.crimp_fraction.of(str(piece.direction))) * (1.0 + yarn.fracture_strain_fraction) - 1.0
-        usual = [own("rig.max_strain", round(100.0 * BEYOND * most, 4))]
+        usual = [command_setting("rig.max_strain", round(100.0 * STRAIN_MARGIN * most, 4))]
     elif piece.kind == "picture-frame":
-        usual = [own("rig.max_angle", ANGLE)]
-    return resolved(request, "cell", None, [*settings, *usual, *sets])
+        usual = [command_setting("rig.max_angle", ANGLE)]
+    return resolve_meso_run(request, "cell", None, [*settings, *usual, *sets])
 
 
 def _rounded_down(angle: float) -> float:
@@ -176,21 +184,28 @@ def _rounded_down(angle: float) -> float:
     return floor(10.0 * angle) / 10.0
 
 
-def cell_shell_run(piece: Piece, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float]) -> Run:
+def cell_macro_run(
+    piece: PlannedTest, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float]
+) -> Run:
     """Macro run of ``piece`` of usual size; ``last_angle`` [deg] ends frames, ``stiffness`` [N mm] sets overhangs."""
     if piece.kind == "picture-frame":
-        return on_shells(piece, yarns, card, [own("rig.max_angle", _rounded_down(last_angle))])
-    whole = own("rig.width", width(on_shells(piece, yarns, card, [])))
-    run = on_shells(piece, yarns, card, [whole])
+        return resolve_macro_run(piece, yarns, card, [command_setting("rig.max_angle", _rounded_down(last_angle))])
+    whole = command_setting("rig.width", width(resolve_macro_run(piece, yarns, card, [])))
+    run = resolve_macro_run(piece, yarns, card, [whole])
     if not isinstance(run, CantileverRun) or piece.direction is None:
         return run
-    overhang = round(hanging(stiffness[piece.direction], run), 1)
-    length = max(run.rig.length, round(LONGER * overhang, 1))
-    more = [whole, own("rig.mode", "angle"), own("rig.overhang", overhang), own("rig.length", length)]
-    return on_shells(piece, yarns, card, more)
+    overhang = round(overhang_for_chord(stiffness[piece.direction], run), 1)
+    length = max(run.rig.length, round(LENGTH_FACTOR * overhang, 1))
+    more = [
+        whole,
+        command_setting("rig.mode", "angle"),
+        command_setting("rig.overhang", overhang),
+        command_setting("rig.length", length),
+    ]
+    return resolve_macro_run(piece, yarns, card, more)
 
 
-def _path(piece: Piece) -> dict[str, object]:
+def _path_settings(piece: PlannedTest) -> dict[str, object]:
     if piece.kind == "tensile":
         return {"rig.path": piece.direction, "rig.torn": "ends"}
     if piece.kind == "cantilever":

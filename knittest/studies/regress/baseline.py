@@ -12,23 +12,23 @@ from knittest.base.errors import InputError
 from knittest.base.files import data_dir, write_atomic
 from knittest.base.history import Array
 from knittest.config.run import Run
-from knittest.experiment.compare import STRAIN
+from knittest.experiment.comparison import STRAIN
 from knittest.export.files import json_text
 from knittest.export.identity import cpu_model, git_commit
-from knittest.export.summary import now
-from knittest.laboratory.after_rest import SPEED
+from knittest.export.summary import timestamp
 from knittest.laboratory.report_base import REPORTS
+from knittest.laboratory.restart import SPEED
 from knittest.studies.trials.trial import Record
 
 NotNegative = Annotated[float, Field(ge=0.0)]
 Count = Annotated[int, Field(ge=0)]
 
 
-class _Stored(BaseModel):
+class _StoredModel(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
 
-class Curve(_Stored):
+class Curve(_StoredModel):
     """Curve at equally spaced places; ``x_name`` and ``y_name`` are columns of curve.csv, ``scatter`` the standard
     deviation of ``y`` by rounding, empty if it is not known.
     """
@@ -40,7 +40,7 @@ class Curve(_Stored):
     scatter: list[NotNegative] = Field(default_factory=list)
 
     @model_validator(mode="after")
-    def _as_long(self) -> Self:
+    def _check_lengths(self) -> Self:
         places = len(self.x)
         if len(self.y) != places:
             raise ValueError(f"y has {len(self.y)} values, x {places}: expected as many")
@@ -53,7 +53,7 @@ class Curve(_Stored):
         return self
 
 
-class Entry(_Stored):
+class Entry(_StoredModel):
     """Results of a run with commit, date and processor; or the means of ``runs`` that round differently.
 
     Means have standard deviations in ``scatter``, numbers of crests their ``ranges``; ``sometimes`` names numbers that
@@ -73,7 +73,7 @@ class Entry(_Stored):
     curve: Curve | None = None
 
     @model_validator(mode="after")
-    def _of_its_runs(self) -> Self:
+    def _check_scatter(self) -> Self:
         """Reject a scatter that does not fit the runs: one run has no scatter to widen limits with."""
         if self.runs == 1 and (self.scatter or self.ranges or (self.curve and self.curve.scatter)):
             raise ValueError("scatter, ranges: expected none of 1 run")
@@ -87,14 +87,14 @@ class Entry(_Stored):
         return self
 
 
-class Baseline(_Stored):
+class Baseline(_StoredModel):
     """Entries by the name of their case."""
 
     format: Literal[1] = 1
     entries: dict[str, Entry] = Field(default_factory=dict)
 
 
-def shipped() -> Path:
+def shipped_path() -> Path:
     """Path of the baseline of this version."""
     return data_dir() / "regress" / "baseline.json"
 
@@ -118,7 +118,7 @@ def save(path: Path, baseline: Baseline) -> None:
     write_atomic(path, json_text(ordered.model_dump(mode="json"), indent=1))
 
 
-def renewed(baseline: Baseline, entries: Mapping[str, Entry], dropped: Iterable[str] = ()) -> Baseline:
+def update_entries(baseline: Baseline, entries: Mapping[str, Entry], dropped: Iterable[str] = ()) -> Baseline:
     """Replace ``entries`` of the same names in ``baseline``, and remove those ``dropped``."""
     together = {**baseline.entries, **entries}
     return Baseline(entries={name: entry for name, entry in together.items() if name not in set(dropped)})
@@ -129,41 +129,41 @@ POINTS = 21
 #: digits kept: ten times finer than the tightest tolerance needs
 DIGITS = 6
 #: numerical errors of a run, ideally zero, which the quality checks limit
-EXACTNESS = ("_error_pct", "residual", "drift_deg")
+ACCURACY_SUFFIXES = ("_error_pct", "residual", "drift_deg")
 
 
 def numbers_of(record: Record) -> dict[str, float]:
     """Finite results that the baseline keeps."""
-    return {k: v for k, v in record.results.items() if np.isfinite(v) and not k.endswith((*EXACTNESS, SPEED))}
+    return {k: v for k, v in record.results.items() if np.isfinite(v) and not k.endswith((*ACCURACY_SUFFIXES, SPEED))}
 
 
 def entry_of(run: Run, record: Record, folder: Path) -> Entry:
     """Entry of a completed run in ``folder``; raises :class:`InputError` if its curve is missing."""
     assert record.cost is not None
-    results, curve = {k: rounded(v) for k, v in numbers_of(record).items()}, None
+    results, curve = {k: round_to_digits(v) for k, v in numbers_of(record).items()}, None
     if has_curve(run):
         axes = REPORTS[run.rig.kind].axes
-        x, y = points(run, folder)
-        grid = np.array([rounded(v) for v in np.linspace(x[0], x[-1], POINTS)])
-        values = [rounded(v) for v in np.interp(grid, x, y)]
+        x, y = curve_points(run, folder)
+        grid = np.array([round_to_digits(v) for v in np.linspace(x[0], x[-1], POINTS)])
+        values = [round_to_digits(v) for v in np.interp(grid, x, y)]
         curve = Curve(x_name=axes.x, y_name=axes.y, x=grid.tolist(), y=values)
     elements, commit, cpu = record.cost["elements"], git_commit(), cpu_model()
-    return Entry(commit=commit, date=now(), cpu=cpu, elements=elements, results=results, curve=curve)
+    return Entry(commit=commit, date=timestamp(), cpu=cpu, elements=elements, results=results, curve=curve)
 
 
-def fault_of(run: Run, record: Record, folder: Path) -> str:
+def reject_reason(run: Run, record: Record, folder: Path) -> str:
     """Reason not to store or compare a completed run, or empty; raises :class:`InputError` for a missing curve."""
     if not numbers_of(record):
         return "the run completed without a number"
     if not has_curve(run):
         return ""
-    x, y = points(run, folder)
+    x, y = curve_points(run, folder)
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         return "its curve has values that are not finite"
     return "" if y.any() and x[-1] > x[0] else "its curve has no length or no height"
 
 
-def points(run: Run, folder: Path) -> tuple[Array, Array]:
+def curve_points(run: Run, folder: Path) -> tuple[Array, Array]:
     """Coordinate and value (n,) of the curve of a run, of a tensile test up to its peak: after it yarns fail one by
     one, and a small shift in time is a large one in force.
     """
@@ -182,6 +182,6 @@ def has_curve(run: Run) -> bool:
     return not REPORTS[run.rig.kind].axes.logarithmic
 
 
-def rounded(value: float) -> float:
+def round_to_digits(value: float) -> float:
     """Round ``value`` to :data:`DIGITS` digits."""
     return float(f"{value:.{DIGITS}g}")

@@ -11,7 +11,7 @@ from knittest.base.files import data_dir
 from knittest.base.kinds import kinds
 from knittest.config.loading import resolve
 from knittest.config.run import Preset, Run, Scale
-from knittest.experiment.tables import published
+from knittest.experiment.tables import published_rows
 from knittest.export.identity import ARITHMETIC, cpu_model, library_versions, sha256_text
 from knittest.studies.trials.trial import KEY_DIGITS, Trial, trial_of
 
@@ -25,7 +25,7 @@ SOURCE, VARIANT = "pham2019", "1"
 def paper_cost(test: str, scale: str) -> tuple[float, float] | None:
     """Elements and CPU hours of ``test`` at ``scale`` in Table 4; None for a test that the paper does not have."""
     rows = tuple(f"{test.replace('-', '_')}_{scale}_{what}" for what in ("elements", "cost"))
-    found = {row.quantity: row.mean for row in published(data_dir() / SOURCE, VARIANT, "", rows)}
+    found = {row.quantity: row.mean for row in published_rows(data_dir() / SOURCE, VARIANT, "", rows)}
     return (found.get(rows[0], nan), found.get(rows[1], nan)) if found else None
 
 
@@ -74,10 +74,10 @@ class Case:
             test=self.test, variant=self.variant, scale=self.scale, direction=self.direction, preset=self.preset,
             parameters=self.parameters, sets=(*kinds()[self.test].regression.sets, *self.sets),
         )  # fmt: skip
-        return trial_here(run, self.name)
+        return local_trial(run, self.name)
 
 
-def trial_here(run: Run, label: str) -> Trial:
+def local_trial(run: Run, label: str) -> Trial:
     """Trial of ``run`` whose key depends on libraries and processor too, because these also cause drift."""
     trial, versions = trial_of(run, label), library_versions()
     content = [trial.key, cpu_model(), *(versions.get(name, "") for name in ARITHMETIC)]
@@ -107,7 +107,7 @@ def all_names() -> set[str]:
 LIMITS: dict[Level, float] = {"quick": 1800.0, "full": 43200.0}
 
 
-def chosen_cases(level: Level, scale: Literal["macro", "meso", "both"], table: Table | None) -> list[Case]:
+def select_cases(level: Level, scale: Literal["macro", "meso", "both"], table: Table | None) -> list[Case]:
     """Cases with rows in ``table`` (None: any), of Table 4 one a test; raises :class:`InputError` if there are none."""
     found = [case for case in cases_of(level) if scale in (case.scale, "both") and table in (None, *case.tables)]
     if table == 4:

@@ -8,12 +8,12 @@ from typing import Literal
 from knittest.base.errors import InputError
 from knittest.base.files import write_atomic
 from knittest.export.files import json_text
-from knittest.runs.show import print_json, print_text
+from knittest.runs.terminal_output import print_json, print_text
 from knittest.studies.regress import baseline as stored
-from knittest.studies.regress.cases import LIMITS, Case, Level, Table, all_names, chosen_cases
-from knittest.studies.regress.drift import Drift, drift_of, otherwise_rounded
-from knittest.studies.regress.judge import table3_rows, table4_rows
-from knittest.studies.regress.outcome import Outcome, lines_of, write_junit
+from knittest.studies.regress.cases import LIMITS, Case, Level, Table, all_names, select_cases
+from knittest.studies.regress.drift import Drift, drift_of, rounding_trials
+from knittest.studies.regress.outcome import Outcome, report_lines, write_junit
+from knittest.studies.regress.published_tables import table3_rows, table4_rows
 from knittest.studies.regress.update import Update, update_of
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.runner import LEDGER, TRIALS, StudyOptions, check_study_folder, run_all
@@ -44,19 +44,19 @@ class RegressOptions(StudyOptions):
 
 def regress_command(options: RegressOptions) -> int:
     """Run the regression; returns the exit code. Raises :class:`InputError` before anything runs."""
-    cases = chosen_cases(options.level, options.scale, options.table)
+    cases = select_cases(options.level, options.scale, options.table)
     names = [case.name for case in cases] if options.update else []
     if unknown := [name for name in options.accept_wider if name not in names]:
         remedy = f"expected one of {', '.join(names)}" if names else "needs --update-baseline"
         raise InputError(f"--accept-wider {unknown[0]}: {remedy}")
-    path = options.baseline or stored.shipped()
+    path = options.baseline or stored.shipped_path()
     before = stored.Baseline() if options.update and not path.exists() else stored.load(path)
     for file in (options.junit, path if options.update else None):
         if file is not None and (file.is_dir() or not file.parent.is_dir()):
             raise InputError(f"{file}: expected a file in an existing folder")
     check_study_folder(options.out, LEDGER, "regression")
     trials = {case: case.trial() for case in cases}
-    others = {c: otherwise_rounded(c, trial) if options.update else [] for c, trial in trials.items()}
+    others = {c: rounding_trials(c, trial) if options.update else [] for c, trial in trials.items()}
     workers, threads = options.workers, options.threads
     if options.table == 4:  # its CPU hours increase with the threads
         workers, threads = workers or SIDE_BY_SIDE, threads or 1
@@ -70,8 +70,8 @@ def regress_command(options: RegressOptions) -> int:
     lost, update = sorted({*before.entries} - all_names()), Update()
     if options.update:
         update = update_of(trials, others, records, place, before.entries, options.accept_wider)
-        stored.save(path, stored.renewed(before, update.entries, lost))
-    entries = stored.renewed(before, update.entries).entries
+        stored.save(path, stored.update_entries(before, update.entries, lost))
+    entries = stored.update_entries(before, update.entries).entries
     done = {case: records[trial.key] for case, trial in trials.items()}
 
     def drift(case: Case) -> Drift:
@@ -91,5 +91,5 @@ def regress_command(options: RegressOptions) -> int:
     if options.json:
         print_json(outcome.to_dict())
     elif not options.quiet:
-        print_text(lines_of(outcome))
+        print_text(report_lines(outcome))
     return outcome.exit_code

@@ -10,11 +10,19 @@ import numpy as np
 from knittest.base.history import Array
 from knittest.base.kinds import kinds
 from knittest.config.run import Run, Scale
-from knittest.laboratory.after_rest import SPEED, kept_speed
 from knittest.laboratory.report_base import REPORTS
-from knittest.studies.regress.baseline import Curve, Entry, fault_of, has_curve, numbers_of, points, rounded
-from knittest.studies.regress.cases import Case, trial_here
-from knittest.studies.regress.judge import no_result
+from knittest.laboratory.restart import SPEED, has_configured_speed
+from knittest.studies.regress.baseline import (
+    Curve,
+    Entry,
+    curve_points,
+    has_curve,
+    numbers_of,
+    reject_reason,
+    round_to_digits,
+)
+from knittest.studies.regress.cases import Case, local_trial
+from knittest.studies.regress.published_tables import no_result_reason
 from knittest.studies.trials.trial import Record, Trial
 
 
@@ -57,7 +65,7 @@ class Change:
         return f"{self.what}: {self.stored:.6g} stored, {self.now:.6g} now ({percent})"
 
 
-def of_number(name: str, stored: float, now: float, limit: float) -> Change:
+def number_change(name: str, stored: float, now: float, limit: float) -> Change:
     """Change of a number over its stored value."""
     change = (now - stored) / abs(stored) if stored != 0.0 else 0.0 if now == 0.0 else math.inf
     return Change(name, stored, now, change, limit)
@@ -72,23 +80,25 @@ def of_number(name: str, stored: float, now: float, limit: float) -> Change:
 #: runs whose mean and scatter are stored, the unchanged one included
 RUNS = 12
 #: relative decrease of the time step from run to run
-SHORTER = 1e-9
+STEP_REDUCTION = 1e-9
 #: largest deviation from the mean in standard deviations: with 12 runs, one in 2000 of a normal scatter exceeds it
-TIMES = 5.0
+SCATTER_FACTOR = 5.0
 
 
-def otherwise_rounded(case: Case, trial: Trial) -> list[Trial]:
+def rounding_trials(case: Case, trial: Trial) -> list[Trial]:
     """Runs that measure the scatter of ``case`` together with ``trial``; none if it does not amplify rounding."""
 
     def shorter(run: Run, number: int) -> Run:
-        solver = run.solver.model_copy(update={"safety": run.solver.safety * (1.0 - number * SHORTER)})
+        solver = run.solver.model_copy(update={"safety": run.solver.safety * (1.0 - number * STEP_REDUCTION)})
         return run.model_copy(update={"solver": solver})
 
     numbers = range(1, RUNS) if case.enlarges else ()
-    return [trial_here(shorter(trial.run, number), f"{case.name}, rounding {number}") for number in numbers]
+    return [local_trial(shorter(trial.run, number), f"{case.name}, rounding {number}") for number in numbers]
 
 
-def pooled(entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Path]], crests: Sequence[str]) -> Entry:
+def pool_entries(
+    entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Path]], crests: Sequence[str]
+) -> Entry:
     """Entry with means and standard deviations of the numbers of ``entry`` and ``others`` and of their ``curves`` (runs
     and folders), and the ranges of numbers of ``crests``; only the names of numbers that one of them lacks.
 
@@ -97,7 +107,7 @@ def pooled(entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Pa
 
     def mean_sd(values: np.ndarray) -> tuple[list[float], list[float]]:
         mean, sd = values.mean(axis=0), values.std(axis=0, ddof=1)
-        return [rounded(float(v)) for v in mean], [rounded(float(v)) for v in sd]
+        return [round_to_digits(float(v)) for v in mean], [round_to_digits(float(v)) for v in sd]
 
     together = [entry.results, *(other.results for other in others)]
     names = [name for name in entry.results if all(name in one for one in together)]
@@ -113,7 +123,7 @@ def pooled(entry: Entry, others: Sequence[Entry], curves: Sequence[tuple[Run, Pa
     }
     if entry.curve is not None:
         grid = entry.curve.x
-        y = np.array([entry.curve.y, *(np.interp(grid, *points(run, folder)) for run, folder in curves)])
+        y = np.array([entry.curve.y, *(np.interp(grid, *curve_points(run, folder)) for run, folder in curves)])
         mean, sd = mean_sd(y)
         update["curve"] = entry.curve.model_copy(update={"y": mean, "scatter": sd})
     return entry.model_copy(update=update)
@@ -133,7 +143,7 @@ def curve_problem(run: Run, curve: Curve | None) -> str:
 
 def curve_changes(run: Run, folder: Path, curve: Curve, limit: float) -> list[Change]:
     """Changes of the end that moved more, over the length, and of the worst point, over the largest value."""
-    x, y = points(run, folder)
+    x, y = curve_points(run, folder)
     ends = [(curve.x[0], float(x[0])), (curve.x[-1], float(x[-1]))]
     before, now = max(ends, key=lambda end: abs(end[1] - end[0]))
     moved = (now - before) / (curve.x[-1] - curve.x[0])
@@ -150,7 +160,7 @@ def curve_changes(run: Run, folder: Path, curve: Curve, limit: float) -> list[Ch
 def limits_along(curve: Curve, limit: float) -> Array:
     """Limits (n,) of the change of each point over the largest value [-]."""
     scatter = np.array(curve.scatter) if curve.scatter else np.zeros(len(curve.y))
-    return limit + TIMES * scatter / np.abs(curve.y).max()
+    return limit + SCATTER_FACTOR * scatter / np.abs(curve.y).max()
 
 
 @dataclass(frozen=True)
@@ -183,7 +193,7 @@ class Drift:
     entry: Entry | None
     changes: tuple[Change, ...] = ()
     problem: str = ""
-    no_room: bool = False
+    is_blocked: bool = False
 
     @property
     def reasons(self) -> list[str]:
@@ -200,15 +210,15 @@ class Drift:
 def drift_of(case: Case, run: Run, record: Record, folder: Path, entry: Entry | None) -> Drift:
     """Drift of ``case`` that ran in ``folder``; raises :class:`InputError` if its curve is missing."""
     if record.status != "completed":
-        return Drift(case, entry, problem=no_result(record), no_room=record.status == "blocked")
-    if problem := fault_of(run, record, folder):
+        return Drift(case, entry, problem=no_result_reason(record), is_blocked=record.status == "blocked")
+    if problem := reject_reason(run, record, folder):
         return Drift(case, entry, problem=problem)
     if entry is None:
         return Drift(case, None, problem=MISSING)
     problem = curve_problem(run, entry.curve)
     changes = list(_changes(case, record, entry))
-    if not kept_speed(run, record.results):
-        changes.append(of_number(SPEED, run.solver.speed, record.results[SPEED], 0.0))
+    if not has_configured_speed(run, record.results):
+        changes.append(number_change(SPEED, run.solver.speed, record.results[SPEED], 0.0))
     if entry.curve is not None and not problem:
         changes += curve_changes(run, folder, entry.curve, limits_for(case, entry).curve)
     return Drift(case, entry, tuple(changes), problem)
@@ -229,11 +239,11 @@ def limit_of(case: Case, entry: Entry, name: str) -> float:
     """Limit [-] of the change of the number ``name`` of ``case``, which counts no crests, over that in ``entry``."""
     limits, stored = limits_for(case, entry), entry.results[name]
     buckled = entry.runs == 1 and name in kinds()[case.test].regression.buckled
-    scatter = TIMES * entry.scatter.get(name, 0.0) / abs(stored) if stored else 0.0
+    scatter = SCATTER_FACTOR * entry.scatter.get(name, 0.0) / abs(stored) if stored else 0.0
     return (limits.buckled if buckled else limits.number) + scatter
 
 
-def counted(case: Case, entry: Entry, name: str) -> tuple[int, int] | None:
+def crest_range(case: Case, entry: Entry, name: str) -> tuple[int, int] | None:
     """Least and greatest number of the stored runs if ``name`` counts crests, else None."""
     if name not in kinds()[case.test].regression.crests:
         return None
@@ -243,14 +253,14 @@ def counted(case: Case, entry: Entry, name: str) -> tuple[int, int] | None:
 def change_of(case: Case, entry: Entry, name: str, now: float) -> Change:
     """Change of the stored number ``name`` to ``now``."""
     stored = entry.results[name]
-    if crests := counted(case, entry, name):
+    if crests := crest_range(case, entry, name):
         return Change(name, stored, now, float(now - np.clip(now, *crests)), CRESTS, crests)
-    return of_number(name, stored, now, limit_of(case, entry, name))
+    return number_change(name, stored, now, limit_of(case, entry, name))
 
 
 def _changes(case: Case, record: Record, entry: Entry) -> Iterator[Change]:
     assert record.cost is not None
-    yield of_number("elements", entry.elements, record.cost["elements"], 0.0)
+    yield number_change("elements", entry.elements, record.cost["elements"], 0.0)
     for name in entry.results:
         yield change_of(case, entry, name, record.results.get(name, math.nan))
     for name, now in numbers_of(record).items():

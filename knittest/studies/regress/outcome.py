@@ -15,8 +15,8 @@ from knittest.base.result_rows import LABELS
 from knittest.experiment.origin import RowKind
 from knittest.export.identity import cpu_model, git_commit
 from knittest.studies.regress.cases import Case, Level
-from knittest.studies.regress.drift import LIMITS, TIMES, Drift, own_limits
-from knittest.studies.regress.judge import CostRow, Row, total
+from knittest.studies.regress.drift import LIMITS, SCATTER_FACTOR, Drift, own_limits
+from knittest.studies.regress.published_tables import CostRow, PublishedRow, total_hours
 from knittest.studies.regress.update import limits_of
 from knittest.studies.trials.trial import Record
 
@@ -32,7 +32,7 @@ class Outcome:
 
     level: Level
     records: Mapping[Case, Record]
-    rows: tuple[Row, ...]
+    rows: tuple[PublishedRow, ...]
     costs: tuple[CostRow, ...]
     drifts: tuple[Drift, ...]
     baseline: Path
@@ -49,8 +49,8 @@ class Outcome:
     @property
     def exit_code(self) -> int:
         """0; 5 for a failure; 4 if all failures are runs without disk space or memory."""
-        drifted = any(not drift.passed and not drift.no_room for drift in self.drifts)
-        if any(drift.no_room for drift in self.drifts) and not drifted and not self.lost:
+        drifted = any(not drift.passed and not drift.is_blocked for drift in self.drifts)
+        if any(drift.is_blocked for drift in self.drifts) and not drifted and not self.lost:
             return ResourceError.exit_code
         return OutOfTolerance.exit_code if self.failures else 0
 
@@ -103,11 +103,11 @@ HEAD4 = ("test", "scale", "elements, paper", "ours", "CPU h, paper", "ours", "st
 RIGHT3, RIGHT4 = (4, 5, 6), (2, 3, 4, 5, 6, 7)
 
 
-def lines_of(outcome: Outcome) -> Iterator[str]:
+def report_lines(outcome: Outcome) -> Iterator[str]:
     """Lines of the report."""
     if outcome.rows:
         yield "Table 3 of Pham et al. (2019), and F_R/F_N of Eq. 3: mean and sd of the experiment"
-        yield from _lines([HEAD3, *map(_row3, outcome.rows)], RIGHT3)
+        yield from _lines([HEAD3, *map(_table3_cells, outcome.rows)], RIGHT3)
         yield (
             "predicted: no parameter was fitted to the value; tuned: a parameter was fitted to it; input: the value "
             "was given to the model; assumed: assumed parameters decide it"
@@ -121,7 +121,7 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
             numbers = (row.paper_elements, row.elements, row.paper_cpu_h, row.cpu_h, row.steps, row.added_mass)
             rows.append((row.test, row.scale, *map(_number, numbers, forms), row.note))
         yield from _lines(rows, RIGHT4)
-        paper, ours = total(outcome.costs)
+        paper, ours = total_hours(outcome.costs)
         yield f"sum of the tests that ran: {paper:.4g} CPU h in the paper, {ours:.2g} here"
         yield ""
     yield from _drift_lines(outcome)
@@ -132,7 +132,7 @@ def lines_of(outcome: Outcome) -> Iterator[str]:
     yield words.get(outcome.exit_code, "FAIL") + (f": rows that pass: {', '.join(counts)}" if counts else "")
 
 
-def _row3(row: Row) -> tuple[str, ...]:
+def _table3_cells(row: PublishedRow) -> tuple[str, ...]:
     label, form = LABELS.get(row.quantity, (row.quantity, "{:.4g}"))
     experiment = _number(row.mean, form) + (f" ± {_number(row.sd, form)}" if math.isfinite(row.sd) else "")
     share = 100.0 * (row.simulated / row.mean - 1.0)
@@ -159,14 +159,14 @@ def _drift_lines(outcome: Outcome) -> Iterator[str]:
             yield f"drift from the baseline, {scale}: {good} of {len(mine)} runs pass{largest}"
             number, curve = 100.0 * limits.number, 100.0 * limits.curve
             yield f"  limits: {number:g} % of a number, {curve:g} % of the largest value of a curve"
-            yield from _wider(mine)
+            yield from _wider_limit_lines(mine)
             yield from (f"  FAIL {drift.case.name}: {reason}" for drift in mine for reason in drift.reasons)
     if any(drift.entry is not None and drift.entry.cpu != cpu_model() for drift in outcome.drifts):
         yield "  another processor model, which rounds differently, wrote some entries of the baseline"
     yield from (f"FAIL {name}: {LOST}" for name in outcome.lost)
 
 
-def _wider(drifts: list[Drift]) -> Iterator[str]:
+def _wider_limit_lines(drifts: list[Drift]) -> Iterator[str]:
     for drift in drifts:
         if drift.entry is None:
             continue
@@ -176,7 +176,7 @@ def _wider(drifts: list[Drift]) -> Iterator[str]:
         elif drift.entry.runs > 1 and drift.changes:
             along = limits_of(drift.case, drift.entry)
             widest = max({*along} - {*drift.entry.ranges}, key=lambda name: along[name])
-            scatter = f"plus {TIMES:g} times the scatter of {drift.entry.runs} runs rounded differently"
+            scatter = f"plus {SCATTER_FACTOR:g} times the scatter of {drift.entry.runs} runs rounded differently"
             most = f"{100.0 * along[widest]:.2g} % ({widest})"
             yield f"  {drift.case.name}: {scatter}, in all at most {most}; one crest more or fewer"
 
@@ -190,7 +190,7 @@ def _lines(rows: list[tuple[str, ...]], right: tuple[int, ...]) -> list[str]:
 
 
 #: characters that XML 1.0 does not allow
-FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+FORBIDDEN_CHARACTERS = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def write_junit(path: Path, outcome: Outcome) -> None:
@@ -206,7 +206,7 @@ def write_junit(path: Path, outcome: Outcome) -> None:
     drifts = [
         _testcase(
             f"drift.{drift.case.test}.{drift.case.scale}", drift.case.name, outcome.records[drift.case].seconds,
-            "".join(drift.reasons[:1]), "\n".join(drift.reasons), drift.no_room,
+            "".join(drift.reasons[:1]), "\n".join(drift.reasons), drift.is_blocked,
         )
         for drift in outcome.drifts
     ]  # fmt: skip
@@ -228,6 +228,6 @@ def _testcase(where: str, name: str, seconds: float, message: str, text: str, no
     case = ET.Element("testcase", classname=where, name=name, time=f"{seconds:.3f}")
     if message:
         tag, kind = ("error", "ResourceError") if no_room else ("failure", "OutOfTolerance")
-        failure = ET.SubElement(case, tag, message=FORBIDDEN.sub("?", message), type=kind)
-        failure.text = FORBIDDEN.sub("?", text)
+        failure = ET.SubElement(case, tag, message=FORBIDDEN_CHARACTERS.sub("?", message), type=kind)
+        failure.text = FORBIDDEN_CHARACTERS.sub("?", text)
     return case

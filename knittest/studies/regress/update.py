@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from knittest.base.kinds import kinds
-from knittest.studies.regress.baseline import Entry, entry_of, fault_of, rounded
+from knittest.studies.regress.baseline import Entry, entry_of, reject_reason, round_to_digits
 from knittest.studies.regress.cases import Case
-from knittest.studies.regress.drift import CRESTS, Drift, counted, limit_of, limits_along, limits_for, pooled
-from knittest.studies.trials.runner import RESUME
+from knittest.studies.regress.drift import CRESTS, Drift, crest_range, limit_of, limits_along, limits_for, pool_entries
+from knittest.studies.trials.runner import RESUME_HINT
 from knittest.studies.trials.trial import MEANING, Record, Trial
 
 #: largest relative growth of a limit without a request: the standard deviation of 12 runs has an error of a fifth
@@ -16,14 +16,14 @@ GROWTH = 0.3
 CURVE, WIDEST = "curve, mean over its points", "curve, widest point"
 
 #: limits by name: before, and in the new entry, None if the number is missing there
-Wider = dict[str, tuple[float, float | None]]
+WidenedLimits = dict[str, tuple[float, float | None]]
 
 
 def limits_of(case: Case, entry: Entry) -> dict[str, float]:
     """Limits of all numbers [-], of crests the width of the allowed range, and of the curve."""
     found = {}
     for name in entry.results:
-        crests = counted(case, entry, name)
+        crests = crest_range(case, entry, name)
         found[name] = crests[1] - crests[0] + 2.0 * CRESTS if crests else limit_of(case, entry, name)
     if entry.curve is not None:
         along = limits_along(entry.curve, limits_for(case, entry).curve)
@@ -31,7 +31,7 @@ def limits_of(case: Case, entry: Entry) -> dict[str, float]:
     return found
 
 
-def wider(case: Case, old: Entry, new: Entry) -> Wider:
+def widened_limits(case: Case, old: Entry, new: Entry) -> WidenedLimits:
     """Limits that grow by more than :data:`GROWTH` over those of ``old`` or its accepted ones, so that small steps do
     not add up; and limits of numbers that are missing now.
     """
@@ -40,7 +40,7 @@ def wider(case: Case, old: Entry, new: Entry) -> Wider:
     return {name: (was, now) for name, (was, now) in pairs.items() if now is None or now > (1.0 + GROWTH) * was}
 
 
-def limits_text(case: Case, changed: Wider) -> str:
+def limits_text(case: Case, changed: WidenedLimits) -> str:
     """Limits ``changed`` as text."""
 
     def limit(name: str, value: float | None) -> str:
@@ -51,7 +51,7 @@ def limits_text(case: Case, changed: Wider) -> str:
     return ", ".join(f"{k} {limit(k, was)} to {limit(k, now)}" for k, (was, now) in changed.items())
 
 
-def difference(case: Case, old: Entry | None, new: Entry, accepted: Wider) -> str:
+def difference_text(case: Case, old: Entry | None, new: Entry, accepted: WidenedLimits) -> str:
     """Difference of the new entry from the old one in a line: the largest change, new numbers, and changed limits."""
     if old is None:
         return f"{case.name}: new" + (f"; only some runs have: {', '.join(new.sometimes)}" if new.sometimes else "")
@@ -93,33 +93,33 @@ def update_of(
         if records[trial.key].status != "completed":
             continue
         old, runs = before.get(case.name), [trial, *others[case]]
-        problem, no_room = _lost(others[case], records)
+        problem, no_room = _lost_run_problem(others[case], records)
         for one in () if problem else runs:
-            if fault := fault_of(one.run, records[one.key], place(one)):
+            if fault := reject_reason(one.run, records[one.key], place(one)):
                 problem = f"{one.label}: {fault}"
                 break
         if not problem:
             new, *again = (entry_of(one.run, records[one.key], place(one)) for one in runs)
             if again:
                 curves = [(one.run, place(one)) for one in others[case]]
-                new = pooled(new, again, curves, kinds()[case.test].regression.crests)
-            loosened = wider(case, old, new) if old else {}
+                new = pool_entries(new, again, curves, kinds()[case.test].regression.crests)
+            loosened = widened_limits(case, old, new) if old else {}
             if not loosened or case.name in accept:
                 if new.runs > 1:  # later updates are compared with the old limits except the accepted ones
                     known = {**limits_of(case, old), **old.accepted} if old and old.runs > 1 else {}
                     limits = limits_of(case, new).items()
-                    kept = {k: rounded(now if k in loosened else known.get(k, now)) for k, now in limits}
+                    kept = {k: round_to_digits(now if k in loosened else known.get(k, now)) for k, now in limits}
                     new = new.model_copy(update={"accepted": kept})
                 update.entries[case.name] = new
-                update.lines.append(difference(case, old, new, loosened))
+                update.lines.append(difference_text(case, old, new, loosened))
                 continue
             remedy = f"find the cause; if the change is right, accept it with --accept-wider {case.name}"
             problem = f"limits would grow by more than {100.0 * GROWTH:g} %: {limits_text(case, loosened)}: {remedy}"
-        update.problems[case.name] = Drift(case, old, problem=f"not stored: {problem}", no_room=no_room)
+        update.problems[case.name] = Drift(case, old, problem=f"not stored: {problem}", is_blocked=no_room)
     return update
 
 
-def _lost(others: Sequence[Trial], records: Mapping[str, Record]) -> tuple[str, bool]:
+def _lost_run_problem(others: Sequence[Trial], records: Mapping[str, Record]) -> tuple[str, bool]:
     """Problem of runs that round differently and did not complete, and whether only disk space or memory is missing."""
     lost = [(trial, records[trial.key]) for trial in others if records[trial.key].status != "completed"]
     if not lost:
@@ -131,5 +131,5 @@ def _lost(others: Sequence[Trial], records: Mapping[str, Record]) -> tuple[str, 
     meaning = {
         "refused": "a run at the limit of a quality check is no baseline",
         "failed": "a run that fails by rounding alone is no baseline",
-    }.get(record.status, f"{MEANING[record.status]}; {RESUME}")
+    }.get(record.status, f"{MEANING[record.status]}; {RESUME_HINT}")
     return f"{what}; {meaning}", record.status == "blocked"

@@ -17,8 +17,8 @@ from knittest.config.messages import number_path
 from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.sources import variant_path
-from knittest.config.studies import Chosen, Distribution, Sample
-from knittest.config.yaml_loader import Document, KeyPath, dotted
+from knittest.config.studies import Distribution, FabricChoice, Sample
+from knittest.config.yaml_loader import Document, KeyPath, dotted_path
 
 #: fields of a block of a study's file, and their paths in a run
 FIELDS: dict[str, KeyPath] = {
@@ -48,13 +48,15 @@ class Case:
         )  # fmt: skip
 
 
-def fabric_path(chosen: Chosen, document: Document, at: KeyPath) -> Path:
+def fabric_path(chosen: FabricChoice, document: Document, at: KeyPath) -> Path:
     """Find the fabric file that the block ``at`` of ``document`` names; raises :class:`InputError` if it is missing."""
     where = document.where(at)
     if (chosen.variant is None) == (chosen.fabric is None):
-        raise InputError(f"{where}: {dotted(at)}: expected variant (a shipped fabric) or fabric (a file), one of them")
+        raise InputError(
+            f"{where}: {dotted_path(at)}: expected variant (a shipped fabric) or fabric (a file), one of them"
+        )
     if chosen.fabric is not None:
-        return file_beside(document, chosen.fabric, document.where((*at, "fabric")))
+        return sibling_file(document, chosen.fabric, document.where((*at, "fabric")))
     return shipped_fabric(str(chosen.variant), document.where((*at, "variant")))
 
 
@@ -66,7 +68,7 @@ def shipped_fabric(variant: str, where: str) -> Path:
         raise InputError(f"{where}: {error}") from None
 
 
-def file_beside(document: Document, name: str, where: str) -> Path:
+def sibling_file(document: Document, name: str, where: str) -> Path:
     """Find the file ``name`` in the folder of ``document``; raises :class:`InputError` that begins with ``where``."""
     path = Path(document.source).resolve().parent / name
     if not path.is_file():
@@ -98,7 +100,7 @@ def claim_path(claimed: dict[KeyPath, str], path: KeyPath, where: str) -> None:
     """Add ``path`` to the ``claimed`` ones; raises :class:`InputError` if one of them is the same or contains it."""
     for other, at in claimed.items():
         if path[: len(other)] == other[: len(path)]:
-            raise InputError(f"{where}: {dotted(path)}: given twice, first at {at}: give it once")
+            raise InputError(f"{where}: {dotted_path(path)}: given twice, first at {at}: give it once")
     claimed[path] = where
 
 
@@ -116,12 +118,12 @@ def number_paths(
 DIGITS = 8
 
 
-def tried(value: float, low: float, high: float) -> float:
+def round_to_trial(value: float, low: float, high: float) -> float:
     """``value`` between ``low`` and ``high``, with as many digits as a trial has."""
     return float(f"{min(max(value, low), high):.{DIGITS}g}")
 
 
-def drawn(sample: Sample) -> list[tuple[float | int, ...]]:
+def draw_points(sample: Sample) -> list[tuple[float | int, ...]]:
     """Draw ``sample.n`` points with a value for each of ``sample.fields``, in their order; the seed decides all.
 
     A Latin hypercube has one point in each n-th of every side.

@@ -20,10 +20,10 @@ from knittest.base.files import PACKAGE
 from knittest.config.run import Run
 from knittest.runs.options import RunOptions
 from knittest.studies.trials.trial import Record, Trial, code_digest
-from knittest.studies.trials.work import SAID, Task
+from knittest.studies.trials.worker import MESSAGE, Task
 
 #: gets the share of a trial that is done, None while kernels are compiled
-Heard = Callable[[float | None], None]
+ProgressCallback = Callable[[float | None], None]
 #: gets lines of the log of a trial, an event and its fields; from any thread
 Note = Callable[[Trial, str, dict[str, object]], None]
 
@@ -32,7 +32,7 @@ START_LIMIT, COMPILE_LIMIT, GRACE = 300.0, 3600.0, 15.0
 #: attempts at a trial whose process died or had no room, and the pause between two of them [s]
 ATTEMPTS, PAUSE = 3, 1.0
 #: statuses that may change with another attempt
-AGAIN = ("crashed", "blocked")
+RETRIED_STATUSES = ("crashed", "blocked")
 THREAD_VARIABLES = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
@@ -51,18 +51,20 @@ class Child:
         self._stopped = self._greeted = False
         self._lock = threading.Lock()  # so that no process begins after the stop
 
-    def run(self, trial: Trial, folder: Path, limit: float, options: RunOptions, heard: Heard | None = None) -> Record:
+    def run(
+        self, trial: Trial, folder: Path, limit: float, options: RunOptions, heard: ProgressCallback | None = None
+    ) -> Record:
         """Run ``trial`` in ``limit`` [s], again if its process dies; raises :class:`ResourceError` for changed code."""
         earlier: list[str] = []
         while True:
             record = self._attempt(Task(trial, folder, options), limit, heard)
-            if record.status not in AGAIN or len(earlier) + 1 >= ATTEMPTS or self._stopped:
+            if record.status not in RETRIED_STATUSES or len(earlier) + 1 >= ATTEMPTS or self._stopped:
                 return replace(record, earlier=tuple(earlier))
             earlier.append(f"{record.status}: {record.reason}")
-            self._note(trial, SAID, {"text": f"{record.reason}; trying again"})
+            self._note(trial, MESSAGE, {"text": f"{record.reason}; trying again"})
             clock.sleep(PAUSE)
 
-    def compile(self, run: Run, heard: Heard | None = None) -> None:
+    def compile(self, run: Run, heard: ProgressCallback | None = None) -> None:
         """Compile the kernels that ``run`` needs, unless they are kept; a failure shows when they are used."""
         try:
             self._start()
@@ -106,7 +108,7 @@ class Child:
             how = f"was killed by {signal.Signals(-code).name}"
         return ": ".join([f"its process {how}", *words])
 
-    def _attempt(self, task: Task, limit: float, heard: Heard | None) -> Record:
+    def _attempt(self, task: Task, limit: float, heard: ProgressCallback | None) -> Record:
         start, key = clock.monotonic(), task.trial.key
         try:
             self._start()
@@ -139,7 +141,7 @@ class Child:
             self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
             path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "knittest.studies.trials.work", str(theirs.fileno())],
+                [sys.executable, "-P", "-m", "knittest.studies.trials.worker", str(theirs.fileno())],
                 pass_fds=[theirs.fileno(), *self._holding], start_new_session=True,
                 env=os.environ | {"PYTHONPATH": path} | dict.fromkeys(THREAD_VARIABLES, str(self.threads)),
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors,
@@ -156,7 +158,7 @@ class Child:
             raise ResourceError("the code of knittest changed while it ran; run the same command again")
 
     def _wait_for(
-        self, wanted: tuple[str, ...], limit: float, heard: Heard | None = None,
+        self, wanted: tuple[str, ...], limit: float, heard: ProgressCallback | None = None,
         note: Callable[[str, dict[str, object]], None] | None = None,
     ) -> tuple[str, Any]:  # fmt: skip
         """Return the first ``wanted`` message; raises ``TimeoutError``, or ``EOFError`` when the process is gone."""

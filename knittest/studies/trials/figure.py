@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, dress
+from knittest.base.figure import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY, style_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -14,9 +14,9 @@ COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, GREY)
 DASHED: Any = (0, (4, 2))
 
 
-def panel(axes: "Axes") -> "Axes":
+def dress_panel(axes: "Axes") -> "Axes":
     """Dress ``axes`` without a frame on the right; returns them."""
-    dress(axes)
+    style_axes(axes)
     axes.spines["right"].set_visible(False)
     return axes
 
@@ -37,7 +37,7 @@ def unit_label(unit: str) -> str:
     return f" [{'-' if unit == '1' else unit}]" if unit else ""
 
 
-def mark_lost(axes: "Axes", places: np.ndarray, **look: Any) -> None:
+def mark_lost_runs(axes: "Axes", places: np.ndarray, **look: Any) -> None:
     """Draw a cross at the bottom of ``axes`` for every run without a result."""
     if len(places):
         usual: dict[str, Any] = {"color": RED, "markersize": 6, "transform": axes.get_xaxis_transform()}

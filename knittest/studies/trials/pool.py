@@ -98,7 +98,7 @@ class LocalPool:
 
 
 CONNECT_LIMIT = 10  # s
-_own = threading.local()
+_thread_data = threading.local()
 
 
 class DaskPool:
@@ -106,7 +106,7 @@ class DaskPool:
 
     def __init__(self, address: str, threads: int | None = None) -> None:
         self._address, self._threads = address, threads or 1
-        self._client = _connected(address)
+        self._client = _connect(address)
         self._futures: dict[DaskFuture, Trial] = {}
 
     def run(
@@ -117,7 +117,7 @@ class DaskPool:
 
         for trial in trials:
             order = (trial, place(trial).resolve(), limit, options, self._threads, code_digest())
-            self._futures[self._client.submit(_run, *order, pure=False)] = trial
+            self._futures[self._client.submit(_run_on_worker, *order, pure=False)] = trial
         with self._client.as_current():
             completed = as_completed(list(self._futures), raise_errors=False)
         try:
@@ -126,7 +126,7 @@ class DaskPool:
         except KnittestError:
             raise
         except Exception as error:
-            raise self._lost(error) from error
+            raise self._connection_error(error) from error
 
     def close(self) -> None:
         """See :meth:`Pool.close`; trials that run on the cluster run to their end, and are found in their folders."""
@@ -141,7 +141,7 @@ class DaskPool:
 
         trial = self._futures.pop(future)
         if future.cancelled():
-            raise self._lost("its tasks were cancelled")
+            raise self._connection_error("its tasks were cancelled")
         error = future.exception()
         if error is None:
             record: Record = future.result()
@@ -152,12 +152,12 @@ class DaskPool:
             raise error
         raise ResourceError(f"--dask {self._address}: a worker failed: {type(error).__name__}: {error}")
 
-    def _lost(self, why: object) -> ResourceError:
+    def _connection_error(self, why: object) -> ResourceError:
         remedy = "finished runs are kept; run the same command again to resume"
         return ResourceError(f"--dask {self._address}: the scheduler is lost ({why}); {remedy}")
 
 
-def _connected(address: str) -> "Client":
+def _connect(address: str) -> "Client":
     try:
         from distributed import Client
     except ImportError:
@@ -183,14 +183,14 @@ async def _reach(address: str) -> None:
     comm.abort()
 
 
-def _run(trial: Trial, folder: Path, limit: float, options: RunOptions, threads: int, code: str) -> Record:
+def _run_on_worker(trial: Trial, folder: Path, limit: float, options: RunOptions, threads: int, code: str) -> Record:
     """Run ``trial`` on a worker, in the process of this thread."""
     here = f"the Dask worker on {socket.gethostname()}"
     if code_digest() != code:
         raise InputError(f"{here} has another version of knittest: install the same version on all workers")
     if not folder.parent.is_dir():
         raise InputError(f"{here} cannot see {folder.parent}: choose a shared folder with --out")
-    if getattr(_own, "child", None) is None:
-        _own.child = Child(threads)
-    child: Child = _own.child
+    if getattr(_thread_data, "child", None) is None:
+        _thread_data.child = Child(threads)
+    child: Child = _thread_data.child
     return child.run(trial, folder, limit, options)

@@ -12,13 +12,13 @@ from knittest.base.files import make_folder, resource_error, write_atomic
 from knittest.base.interrupts import Interrupted, Interrupts
 from knittest.base.progress import tell as say
 from knittest.runs.options import RunOptions
-from knittest.studies.trials.live import Overview
+from knittest.studies.trials.overview import Overview
 from knittest.studies.trials.pool import Pool, Watch
-from knittest.studies.trials.trial import Ledger, Record, Trial, read_ledgers, recovered
+from knittest.studies.trials.trial import Ledger, Record, Trial, read_ledgers, recover_record
 
 TRIALS, LEDGER = "trials", "ledger.jsonl"
 #: remedy after an interruption
-RESUME = "finished runs are kept; run the same command again to resume"
+RESUME_HINT = "finished runs are kept; run the same command again to resume"
 
 
 class TrialRunner:
@@ -60,7 +60,7 @@ class TrialRunner:
             record = self._known.get(trial.key)
             if record is not None and record.settled_within(self._limit):
                 done[trial.key] = record
-            elif trial.key not in done and (found := recovered(trial.key, self.place(trial))) is not None:
+            elif trial.key not in done and (found := recover_record(trial.key, self.place(trial))) is not None:
                 done[trial.key] = self._keep(found)
         return done
 
@@ -79,12 +79,12 @@ class TrialRunner:
 
 
 def run_all(trials: Sequence[Trial], folder: Path, pool: Pool, *, limit: float, quiet: bool) -> dict[str, Record]:
-    """Run ``trials`` as :func:`run_shown` does; an :class:`Interrupted` says how to resume."""
-    with resumable():
-        return run_shown(trials, folder, pool, limit=limit, quiet=quiet)
+    """Run ``trials`` as :func:`run_with_overview` does; an :class:`Interrupted` says how to resume."""
+    with handle_signals():
+        return run_with_overview(trials, folder, pool, limit=limit, quiet=quiet)
 
 
-def run_shown(
+def run_with_overview(
     trials: Sequence[Trial], folder: Path, pool: Pool, *, limit: float, quiet: bool, ledger: str = LEDGER,
     options: RunOptions | None = None, check: Callable[[Record], None] | None = None,
 ) -> dict[str, Record]:  # fmt: skip
@@ -117,7 +117,7 @@ class StudyOptions:
     accept_limits: bool = False
 
 
-class Studied(NamedTuple):
+class StudyResult(NamedTuple):
     """Folder of a finished study, and the exit code of its command."""
 
     folder: Path
@@ -145,13 +145,13 @@ def check_study_folder(folder: Path, marker: str, what: str) -> None:
 
 
 @contextmanager
-def resumable(write_partial: Callable[[], object] | None = None) -> Iterator[None]:
+def handle_signals(write_partial: Callable[[], object] | None = None) -> Iterator[None]:
     """Handle signals while a study runs; an :class:`Interrupted` says how to resume.
 
     ``write_partial`` writes the results so far when the study ends with an error.
     """
     try:
-        with Interrupts() as interrupts, interrupts.deciding():
+        with Interrupts() as interrupts, interrupts.translate_errors():
             try:
                 yield
             except BaseException:
@@ -160,4 +160,4 @@ def resumable(write_partial: Callable[[], object] | None = None) -> Iterator[Non
                         write_partial()
                 raise
     except Interrupted as error:
-        raise Interrupted(f"{error}; {RESUME}") from None
+        raise Interrupted(f"{error}; {RESUME_HINT}") from None

@@ -19,18 +19,18 @@ from knittest.base.files import PACKAGE, resource_error
 from knittest.base.interrupts import Interrupts
 from knittest.base.kinds import kinds, package_digest
 from knittest.base.machine import host_name
-from knittest.base.result_rows import number_of, unfolded
+from knittest.base.result_rows import number_of, unfold_results
 from knittest.base.summary import CostBlock, Summary, Value
 from knittest.config.run import Run
 from knittest.export.files import json_ready
 from knittest.export.identity import FREE, data_files, sha256_files
 from knittest.export.lock import RunLock
-from knittest.export.summary import now
-from knittest.runs.opening import NewFolder, Opened, Place, StoppedRun
+from knittest.export.summary import timestamp
+from knittest.runs.opened_run import NewFolder, OpenedRun, RunPlace, StoppedRun
 
 #: sources that show, schedule or evaluate runs; a change of any other source changes the key of every trial
-AROUND = (
-    "cli", "studies", "report_page", "base/progress.py", "runs/show.py", "laboratory/numerical_error.py",
+SOURCES_NOT_IN_KEY = (
+    "cli", "studies", "report_page", "base/progress.py", "runs/terminal_output.py", "laboratory/numerical_error.py",
 )  # fmt: skip
 KEY_DIGITS = 16
 
@@ -47,7 +47,7 @@ class Trial:
     key: str
     label: str = ""
     specimen: int | None = None
-    place: Place | None = None
+    place: RunPlace | None = None
 
 
 def trial_of(run: Run, label: str = "") -> Trial:
@@ -80,7 +80,7 @@ def code_digest() -> str:
     digest = hashlib.sha256()
     for path in sorted(PACKAGE.rglob("*.py")):
         name = path.relative_to(PACKAGE)
-        if not any(name.is_relative_to(one) for one in AROUND):
+        if not any(name.is_relative_to(one) for one in SOURCES_NOT_IN_KEY):
             digest.update(name.as_posix().encode() + path.read_bytes())
     return digest.hexdigest()[:KEY_DIGITS]
 
@@ -100,7 +100,7 @@ MEANING: dict[Status, str] = {
 #: status of a run that has no record yet
 OPEN = "open"
 #: a repeated run would end the same way
-SETTLED = ("completed", "refused", "failed", "invalid", "error")
+FINAL_STATUSES = ("completed", "refused", "failed", "invalid", "error")
 
 
 @dataclass(frozen=True)
@@ -119,14 +119,14 @@ class Record:
     limit: float | None = None
     earlier: tuple[str, ...] = ()
     host: str = field(default_factory=host_name)
-    ended: str = field(default_factory=now)
+    ended: str = field(default_factory=timestamp)
 
     @property
     def values(self) -> dict[str, Value]:
         """Results of a completed trial; empty for any other."""
         if self.status != "completed" or self.summary is None:
             return {}
-        return unfolded(self.summary["results"])
+        return unfold_results(self.summary["results"])
 
     @property
     def results(self) -> dict[str, float]:
@@ -140,14 +140,14 @@ class Record:
         return self.summary.get("cost") if self.summary else None
 
     @property
-    def looser_limits(self) -> list[str]:
+    def relaxed_limits(self) -> list[str]:
         """Limits of quality checks that were looser than those of the preset, as ``name=value``."""
         return [f"{one['name']}={one['value']}" for one in (self.summary.get("limits", []) if self.summary else [])]
 
     @property
     def settled(self) -> bool:
         """Tell whether a repeated run would end the same way."""
-        return self.status in SETTLED
+        return self.status in FINAL_STATUSES
 
     def settled_within(self, limit: float) -> bool:
         """Tell whether a repeated run of ``limit`` seconds would end the same way; more time may help."""
@@ -161,13 +161,13 @@ def record_of(key: str, summary: Summary, seconds: float = 0.0) -> Record:
     return Record(key, "completed", "", summary, seconds)
 
 
-def looser_note(records: Iterable[Record]) -> list[str]:
+def relaxed_limits_note(records: Iterable[Record]) -> list[str]:
     """One line on limits of ``records`` that were looser than those of the preset; none without such limits."""
-    names = dict.fromkeys(name for record in records for name in record.looser_limits)
+    names = dict.fromkeys(name for record in records for name in record.relaxed_limits)
     return [f"limits looser than those of the preset, accepted by --accept-limits: {', '.join(names)}"] if names else []
 
 
-def recovered(key: str, folder: Path) -> Record | None:
+def recover_record(key: str, folder: Path) -> Record | None:
     """Record of a run that completed in ``folder`` after its study had ended; None for any other folder."""
     try:
         manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
@@ -183,7 +183,7 @@ class TrialFolder:
 
     path: Path
 
-    def open(self, run: Run, interrupts: Interrupts) -> Opened:
+    def open(self, run: Run, interrupts: Interrupts) -> OpenedRun:
         """Open the folder; raises :class:`ResourceError` if another process uses it or it cannot be written."""
         if (self.path / "config.yaml").is_file():
             with suppress(InputError):  # another processor or library, or a damaged manifest

@@ -17,7 +17,7 @@ RESAMPLES, ENDS = 999, (2.5, 97.5)
 #: percentiles of a band
 BAND = (5.0, 50.0, 95.0)
 #: largest sd, as a share of the mean, of a quantity that does not change except by rounding
-CONSTANT = 1e-9
+CONSTANT_TOLERANCE = 1e-9
 #: fewest rows with indices, and fewest points with a band: of fewer, the outer twentieth has no point
 LEAST_ROWS, LEAST_POINTS = 16, 20
 
@@ -56,7 +56,7 @@ def _indices(values: Array) -> Array:
 def varies(values: Array) -> bool:
     """Tell whether ``values``, NaN where there is none, differ by more than rounding."""
     found = values[np.isfinite(values)]
-    return bool(len(found) and np.std(found) > CONSTANT * np.abs(found).max())
+    return bool(len(found) and np.std(found) > CONSTANT_TOLERANCE * np.abs(found).max())
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,11 @@ def spread(values: Array, seed: int) -> Spread | None:
     count = int(np.isfinite(values).sum())
     if count < LEAST_POINTS:
         return None
-    drawn = np.nanpercentile(_resampled(values, seed), BAND, axis=1)  # (3, resamples)
+    drawn = np.nanpercentile(_resample(values, seed), BAND, axis=1)  # (3, resamples)
     return Spread(count, np.nanpercentile(values, BAND), np.percentile(drawn, ENDS, axis=1))
 
 
-def _resampled(values: Array, seed: int) -> Array:
+def _resample(values: Array, seed: int) -> Array:
     """Resamples (resamples, points) of the rows of ``values`` (2, n) that have any number."""
     rows = values[:, np.isfinite(values).any(axis=0)]
     n = rows.shape[1]
@@ -116,7 +116,7 @@ def share(holds: Array, fails: NDArray[np.bool_], seed: int) -> Share:
     """
     count, interval = int(np.isfinite(holds).sum()), None
     if count >= LEAST_POINTS:
-        low, high = np.percentile(np.nanmean(_resampled(holds, seed), axis=1), ENDS)
+        low, high = np.percentile(np.nanmean(_resample(holds, seed), axis=1), ENDS)
         interval = (float(low), float(high))
     return Share(int(np.nansum(holds)), count, holds.size, int((fails & np.isnan(holds)).sum()), interval)
 
@@ -132,7 +132,7 @@ POINTS_EACH = 3
 
 
 @dataclass(frozen=True)
-class Ranked:
+class RankRegression:
     """Coefficients (d,), the ends of their intervals (2, d), and the explained share of the variance."""
 
     coefficient: Array
@@ -140,7 +140,7 @@ class Ranked:
     explained: float
 
 
-def no_regression(drawn: Array, values: Array) -> str:
+def no_regression_reason(drawn: Array, values: Array) -> str:
     """Reason why ``values`` (n,) at the parameters ``drawn`` (n, d) have no regression; empty if they have one."""
     count, least = int(np.isfinite(values).sum()), POINTS_EACH * drawn.shape[1]
     if count < least:
@@ -148,14 +148,14 @@ def no_regression(drawn: Array, values: Array) -> str:
     return "" if varies(values) else "the quantity does not change over the prior"
 
 
-def rank_regression(drawn: Array, values: Array, seed: int) -> Ranked:
+def rank_regression(drawn: Array, values: Array, seed: int) -> RankRegression:
     """Regression of ``values`` (n,), NaN for a missing one, on the parameters ``drawn`` (n, d)."""
     known = np.isfinite(values)
     drawn, values = drawn[known], values[known]
     coefficient, explained = _regression(drawn, values)
     dice, n = np.random.default_rng(seed), len(values)
     again = np.array([_regression(drawn[k], values[k])[0] for k in dice.integers(0, n, (RESAMPLES, n))])
-    return Ranked(coefficient, np.asarray(np.percentile(again, ENDS, axis=0)), explained)
+    return RankRegression(coefficient, np.asarray(np.percentile(again, ENDS, axis=0)), explained)
 
 
 def _regression(drawn: Array, values: Array) -> tuple[Array, float]:

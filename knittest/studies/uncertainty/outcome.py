@@ -9,13 +9,13 @@ from pydantic import BaseModel
 
 import knittest
 from knittest.base.history import Array
-from knittest.config.yaml_loader import dotted
-from knittest.export.summary import now
+from knittest.config.yaml_loader import dotted_path
+from knittest.export.summary import timestamp
 from knittest.report_page.files import Number
-from knittest.studies.trials.trial import OPEN, Record, code_digest, looser_note
+from knittest.studies.trials.trial import OPEN, Record, code_digest, relaxed_limits_note
 from knittest.studies.uncertainty import indices as estimates
 from knittest.studies.uncertainty.problem import Problem
-from knittest.studies.uncertainty.runs import Planned, values_of
+from knittest.studies.uncertainty.runs import PlannedRun, values_of
 from knittest.studies.uncertainty.variables import Numbers, Variable
 
 
@@ -90,7 +90,7 @@ class StatementRow(BaseModel):
     possible: list[Number] = []
 
 
-class Tried(BaseModel):
+class ShorterRunRow(BaseModel):
     """Run to a shorter end."""
 
     end: float
@@ -99,7 +99,7 @@ class Tried(BaseModel):
     trial: str = ""
 
 
-class Lost(BaseModel):
+class LostRunRow(BaseModel):
     """Run that lacks a result, and its point of the prior.
 
     ``counts_to`` is the end of the run that counts in its place, the last one ``tried``; None without one.
@@ -112,10 +112,10 @@ class Lost(BaseModel):
     values: dict[str, Number] = {}
     trial: str = ""
     counts_to: Number = None
-    tried: list[Tried] = []
+    tried: list[ShorterRunRow] = []
 
 
-class ShorterRow(BaseModel):
+class ShorterEndRow(BaseModel):
     """Runs to the shorter ``end``."""
 
     end: float
@@ -140,36 +140,39 @@ class Uncertainty(BaseModel):
     lost_share: Number = None
     shorter_field: str = ""
     shorter_unit: str = ""
-    shorter: list[ShorterRow] = []
+    shorter: list[ShorterEndRow] = []
     warnings: list[str] = []
     parameters: list[ParameterRow] = []
     variables: list[VariableRow] = []
     statements: list[StatementRow] = []
-    lost: list[Lost] = []
+    lost: list[LostRunRow] = []
     version: str = ""
     code: str = ""
     written: str = ""
 
 
-def lost_row(one: Planned, problem: Problem, records: Mapping[str, Record], numbers: Numbers) -> Lost | None:
+def lost_run_row(
+    one: PlannedRun, problem: Problem, records: Mapping[str, Record], numbers: Numbers
+) -> LostRunRow | None:
     """Row of a run that lacks a result; None for any other."""
     status, reason = one.full.ended(records)
     gone = [name for name, found in numbers[one.fabric].items() if not np.isfinite(found[one.part, one.row])]
     if status == "completed" and not gone:
         return None
     values = {p.name: value for p, value in zip(problem.parameters, one.values, strict=True)}
-    return Lost(
+    return LostRunRow(
         point=one.part * problem.study.samples + one.row + 1, fabric=one.fabric, status=status,
         reason=reason or f"no result {', '.join(gone)}", values=values, trial=one.full.key,
         counts_to=one.last.end if one.last.ended(records)[0] == "completed" else None,
         tried=[
-            Tried(end=again.end or 0.0, status=again.ended(records)[0], reason=again.ended(records)[1], trial=again.key)
+            ShorterRunRow(end=again.end or 0.0, status=ended, reason=reason, trial=again.key)
             for again in one.attempts[1:]
+            for ended, reason in [again.ended(records)]
         ],
     )  # fmt: skip
 
 
-def lost_warnings(lost: Sequence[Lost], runs: int, variables: Sequence[VariableRow], unit: str) -> list[str]:
+def lost_run_warnings(lost: Sequence[LostRunRow], runs: int, variables: Sequence[VariableRow], unit: str) -> list[str]:
     """Warnings on runs that are lost or end sooner, with ends in ``unit``, and on bands of unequal points."""
 
     def uneven(alike: str) -> list[str]:
@@ -200,12 +203,12 @@ WIDE = 0.2
 
 
 def outcome_of(
-    problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record], numbers: Numbers
+    problem: Problem, runs: Sequence[PlannedRun], records: Mapping[str, Record], numbers: Numbers
 ) -> Uncertainty:
     """Outcome of the runs that have ended; bands and shares are of the points of A and B with a number."""
     study = problem.study
     counts = Counter(one.full.ended(records)[0] for one in runs)
-    lost = [row for one in runs if (row := lost_row(one, problem, records, numbers))]
+    lost = [row for one in runs if (row := lost_run_row(one, problem, records, numbers))]
     sooner = {fabric: np.zeros((problem.parts, study.samples), bool) for fabric in problem.cases}
     for one in runs:
         sooner[one.fabric][one.part, one.row] = one.last.end is not None
@@ -213,10 +216,10 @@ def outcome_of(
     for again in (again for one in runs for again in one.attempts[1:]):
         shorter[again.end or 0.0][again.ended(records)[0]] += 1
     shares = [estimates.share(s.holds(numbers)[:2], s.fails(numbers)[:2], study.seed) for s in problem.statements]
-    variables = [_variable_row(one, problem, one.values(numbers), one.either(sooner)) for one in problem.variables]
+    variables = [_variable_row(one, problem, one.values(numbers), one.either_flag(sooner)) for one in problem.variables]
     setup = next(iter(problem.cases.values())).run()
     keys = [one.trial.key for run in runs for one in run.attempts if one.trial]
-    looser = looser_note(records[key] for key in keys if key in records)
+    looser = relaxed_limits_note(records[key] for key in keys if key in records)
     left = any(one.last.ended(records)[0] == OPEN for one in runs)
     return Uncertainty(
         uncertainty=problem.name, status="not finished" if left else "finished",
@@ -227,14 +230,14 @@ def outcome_of(
         design=study.design, samples=study.samples, seed=study.seed, points=problem.parts * study.samples,
         runs=len(runs), runs_by_status=dict(counts), lost_share=len(lost) / len(runs),
         shorter_field=problem.shorter.field, shorter_unit=problem.shorter.unit,
-        shorter=[ShorterRow(end=end, runs_by_status=dict(counts)) for end, counts in shorter.items()],
+        shorter=[ShorterEndRow(end=end, runs_by_status=dict(counts)) for end, counts in shorter.items()],
         warnings=[
-            *looser, *lost_warnings(lost, len(runs), variables, problem.shorter.unit), *_warnings(variables),
-            *idle(problem, numbers),
+            *looser, *lost_run_warnings(lost, len(runs), variables, problem.shorter.unit), *_warnings(variables),
+            *idle_parameter_warnings(problem, numbers),
         ],
         parameters=[
             ParameterRow(
-                fields=[dotted(path) for path in p.paths], unit=p.unit, kind=p.prior.kind, low=p.prior.low,
+                fields=[dotted_path(path) for path in p.paths], unit=p.unit, kind=p.prior.kind, low=p.prior.low,
                 high=p.prior.high, mean=p.prior.mean, sd=p.prior.sd, reason=" ".join(p.prior.reason.split()),
             )
             for p in problem.parameters
@@ -249,7 +252,7 @@ def outcome_of(
             for one, found in zip(problem.statements, shares, strict=True)
         ],
         lost=lost,
-        version=knittest.__version__, code=code_digest(), written=now(),
+        version=knittest.__version__, code=code_digest(), written=timestamp(),
     )  # fmt: skip
 
 
@@ -271,7 +274,7 @@ def _index_rows(one: Variable, problem: Problem, values: Array) -> tuple[list[In
     """Indices of ``values`` (parts, n), the share that a regression explains, and the reason if there are none."""
     if problem.study.design == "sample":
         drawn = values_of(problem).reshape(-1, len(problem.parameters))
-        if why := estimates.no_regression(drawn, values.ravel()):
+        if why := estimates.no_regression_reason(drawn, values.ravel()):
             return [], None, why
         found = estimates.rank_regression(drawn, values.ravel(), problem.study.seed)
         rows = zip(problem.parameters, found.coefficient.tolist(), found.interval.T.tolist(), strict=True)
@@ -310,7 +313,7 @@ def _warnings(variables: Sequence[VariableRow]) -> list[str]:
     return found
 
 
-def idle(problem: Problem, numbers: Numbers) -> list[str]:
+def idle_parameter_warnings(problem: Problem, numbers: Numbers) -> list[str]:
     """Warning on parameters that change no result, such as fields that the test at this scale does not read.
 
     Only the design of Saltelli changes the parameters one by one.

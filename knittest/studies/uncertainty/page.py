@@ -7,18 +7,18 @@ from pathlib import Path
 from knittest.report_page.blocks import Block, Cell, Table, Text
 from knittest.report_page.files import Number, Reader
 from knittest.report_page.pictures import picture
-from knittest.report_page.studies import Column, link, provenance, wide
+from knittest.report_page.studies import Column, link, provenance, split_table
 from knittest.studies.trials import page as parts
 from knittest.studies.trials.runner import TRIALS
 from knittest.studies.trials.trial import OPEN, Record
-from knittest.studies.uncertainty.outcome import Index, Lost, StatementRow, Uncertainty, VariableRow
+from knittest.studies.uncertainty.outcome import Index, LostRunRow, StatementRow, Uncertainty, VariableRow
 from knittest.studies.uncertainty.problem import Problem, matrix_name
-from knittest.studies.uncertainty.runs import Planned
+from knittest.studies.uncertainty.runs import PlannedRun
 from knittest.studies.uncertainty.variables import Numbers
 
 
 def write_table(
-    problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record], numbers: Numbers, folder: Path
+    problem: Problem, runs: Sequence[PlannedRun], records: Mapping[str, Record], numbers: Numbers, folder: Path
 ) -> None:
     """Write results.csv: points of the design with parameters, variables and runs; raises :class:`ResourceError`."""
     import pandas as pd
@@ -45,13 +45,13 @@ def write_table(
 
 
 #: parameters of a variable on the terminal
-NAMED = 3
+MOST_NAMED = 3
 
 
 def report_lines(found: Uncertainty) -> list[str]:
     """Lines that the command prints at its end."""
     lines = [f"{found.status}: {found.runs} runs ({parts.counts_text(found.runs_by_status)}) at {found.points} points"]
-    lines += [f"  failed runs repeated {text}" for text in shorter_texts(found)]
+    lines += [f"  failed runs repeated {text}" for text in shorter_end_texts(found)]
     lines.append("bands, 5 to 95 %:")
     for one in found.variables:
         band = f"none: {one.count} of {one.points} points have a result"
@@ -63,26 +63,29 @@ def report_lines(found: Uncertainty) -> list[str]:
         if not one.indices:
             lines.append(f"    no indices: {one.no_indices}")
             continue
-        first = [f"{short(i.parameter)} {index_text(i.first, i.first_interval)}" for i in ranked(one)[:NAMED]]
+        first = [
+            f"{short_name(i.parameter)} {index_text(i.first, i.first_interval)}"
+            for i in ranked_indices(one)[:MOST_NAMED]
+        ]
         name = "first order" if one.explained is None else f"rank regression (R2 {one.explained:.2f})"
         lines.append(f"    {name}: {'; '.join(first)}")
     lines += [f"{one.name} ({one.text}): {share_text(one)}" for one in found.statements]
     return [*lines, *(f"warning: {text}" for text in found.warnings)]
 
 
-def shorter_texts(found: Uncertainty) -> list[str]:
+def shorter_end_texts(found: Uncertainty) -> list[str]:
     """``to 21 deg: 40 (30 completed, 10 refused)`` for each shorter end of repeated runs."""
     unit = parts.unit_text(found.shorter_unit)
     states = {one.end: one.runs_by_status for one in found.shorter if one.runs_by_status}
     return [f"to {end:g}{unit}: {parts.runs_text(sum(counts.values()), counts)}" for end, counts in states.items()]
 
 
-def ranked(one: VariableRow) -> list[Index]:
+def ranked_indices(one: VariableRow) -> list[Index]:
     """Indices of a variable, the largest of first order first."""
     return sorted(one.indices, key=lambda index: -abs(index.first or 0.0))
 
 
-def short(parameter: str) -> str:
+def short_name(parameter: str) -> str:
     """Last two parts of a dotted path."""
     return ".".join(parameter.split(".")[-2:])
 
@@ -142,7 +145,7 @@ def _contents(reader: Reader, at: Path) -> parts.Contents:
         "test": ", ".join(filter(None, (found.test, *found.setup))),
         "design": f"{found.design}, {found.samples} samples of A and B, {found.points} points, seed {found.seed}",
         "runs": parts.runs_text(found.runs, found.runs_by_status),
-        "runs repeated to a shorter end": "; ".join(shorter_texts(found)),
+        "runs repeated to a shorter end": "; ".join(shorter_end_texts(found)),
         "runs that lack a result": "" if found.lost_share is None else f"{100.0 * found.lost_share:.1f} %",
         "knittest": found.version,
         "digest of the code": found.code,
@@ -162,7 +165,7 @@ def _contents(reader: Reader, at: Path) -> parts.Contents:
             ("indices", "Sensitivity indices", [*_picture(folder, "indices.png", "Indices"), *_indices(found)]),
             ("parameters", "Priors", _parameters(found)),
             ("fabrics", "Fabrics", _fabrics(found)),
-            ("lost", "Runs that lack a result", _lost(folder, at, found)),
+            ("lost", "Runs that lack a result", _lost_runs(folder, at, found)),
             ("repeat", "How to repeat it", [
                 *parts.repeat_blocks("uncertainty", COPY, "The study; paths in it start at its own folder", reader),
                 *provenance(folder, trials),
@@ -203,7 +206,7 @@ def _indices(found: Uncertainty) -> list[Block]:
     blocks: list[Block] = []
     if some:
         names = [index.parameter for index in some[0].indices]
-        naming = [Column("parameter", [Cell(short(name), note=name) for name in names])]
+        naming = [Column("parameter", [Cell(short_name(name), note=name) for name in names])]
         columns = []
         for one in some:
             r2 = "" if one.explained is None else f" (R2 {one.explained:.2f})"
@@ -213,7 +216,7 @@ def _indices(found: Uncertainty) -> list[Block]:
             columns.append(Column(one.name + (r2 or (" (log)" if one.log else "")), cells, numeric=True))
         ranks = some[0].explained is not None
         caption = "Rank regression" if ranks else "First-order indices; small print: total indices"
-        blocks += wide(caption, naming, columns)
+        blocks += split_table(caption, naming, columns)
         blocks += [Text(RANKS)] if ranks else [Text(MEANING), Text(NOISE)]
     for one in found.variables:
         if one.no_indices:
@@ -243,7 +246,7 @@ def _fabrics(found: Uncertainty) -> list[Block]:
     return [*blocks, Text("They have equal fields for this test." if width > 1 else "There is one fabric.")]
 
 
-def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
+def _lost_runs(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
     if not found.lost:
         return [Text("Every run has a valid result.")]
     shown = found.lost[:MOST_LOST]
@@ -254,15 +257,15 @@ def _lost(folder: Path, at: Path, found: Uncertainty) -> list[Block]:
     ]
     if found.shorter:
         unit = f" [{found.shorter_unit}]" if found.shorter_unit else ""
-        naming.append(Column(f"counts to{unit}", [_counting(folder, at, one) for one in shown]))
+        naming.append(Column(f"counts to{unit}", [_shorter_end_cell(folder, at, one) for one in shown]))
     names: Sequence[str] = list(dict.fromkeys(name for one in shown for name in one.values))
     cells = {name: [parts.number_cell(one.values.get(name), form="{:.4g}") for one in shown] for name in names}
-    columns = [Column(short(name), numbers, numeric=True) for name, numbers in cells.items()]
+    columns = [Column(short_name(name), numbers, numeric=True) for name, numbers in cells.items()]
     more = f", the first {MOST_LOST}; {parts.TABLE} has all" if len(found.lost) > MOST_LOST else ""
-    return wide(f"Runs that lack a result: {len(found.lost)}{more}", naming, columns)
+    return split_table(f"Runs that lack a result: {len(found.lost)}{more}", naming, columns)
 
 
-def _counting(folder: Path, at: Path, one: Lost) -> Cell:
+def _shorter_end_cell(folder: Path, at: Path, one: LostRunRow) -> Cell:
     """Shorter end of the run that counts, with a link to it, and the reasons why the runs before it do not."""
     reasons = "; ".join(f"{again.end:g}: {again.reason.partition(';')[0]}" for again in one.tried if again.reason)
     if one.counts_to is None:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from knittest.base.figure import GREY, Stamp, new_figure, save, stamped
-from knittest.studies.trials.figure import COLOURS, DASHED, log_scale, panel, unit_label
+from knittest.base.figure import GREY, Stamp, new_figure, save, use_stamp
+from knittest.studies.trials.figure import COLOURS, DASHED, dress_panel, log_scale, unit_label
 from knittest.studies.uncertainty.outcome import Uncertainty, VariableRow
-from knittest.studies.uncertainty.page import short
+from knittest.studies.uncertainty.page import short_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 COLUMNS, PANEL, BAR, AROUND = 3, (4.2, 3.4), 0.13, 1.1
 
 
-def pictures(found: Uncertainty, folder: Path) -> list[Path]:
+def draw_pictures(found: Uncertainty, folder: Path) -> list[Path]:
     """Draw both into ``folder``, with a panel a quantity or a fabric; returns the written files."""
     banded = [one for one in found.variables if one.band]
     keys = dict.fromkeys((one.quantity, one.ratio) for one in banded)
     panels = {
         "bands.png": [[one for one in banded if (one.quantity, one.ratio) == key] for key in keys],
-        "indices.png": _by_fabric([one for one in found.variables if one.indices]),
+        "indices.png": _group_by_fabric([one for one in found.variables if one.indices]),
     }
     for name, groups in panels.items():
         (folder / name).unlink(missing_ok=True)
@@ -34,7 +34,7 @@ def pictures(found: Uncertainty, folder: Path) -> list[Path]:
     return [folder / name for name, groups in panels.items() if groups]
 
 
-def _by_fabric(rows: Sequence[VariableRow]) -> list[list[VariableRow]]:
+def _group_by_fabric(rows: Sequence[VariableRow]) -> list[list[VariableRow]]:
     """Group ``rows`` by quantity and fabric or ratio, in their order."""
     return [list(group) for _, group in groupby(rows, key=lambda one: (one.quantity, one.who))]
 
@@ -47,8 +47,8 @@ def _draw(path: Path, found: Uncertainty, groups: list[list[VariableRow]], bars:
     figure = new_figure(wide * PANEL[0] + 0.3, high * height + 0.5)
     grid = figure.subplots(high, wide, squeeze=False)
     for axes, rows in zip(grid.flat, groups, strict=False):
-        panel(axes).tick_params(labelsize=8)
-        (_bars if bars else _bands)(axes, rows)
+        dress_panel(axes).tick_params(labelsize=8)
+        (_draw_bars if bars else _draw_bands)(axes, rows)
     for axes in list(grid.flat)[len(groups) :]:
         axes.set_visible(False)
     figure.suptitle(f"{found.uncertainty}: {'indices' if bars else 'bands'}, {found.samples} samples", fontsize=12)
@@ -56,13 +56,13 @@ def _draw(path: Path, found: Uncertainty, groups: list[list[VariableRow]], bars:
     facts = [", ".join(found.fabrics.values()), found.test, *found.setup, f"seed {found.seed}"]
     lost = len(found.lost)
     verdict = f"{lost} of {found.runs} runs lack a result" if lost else "every run has a result"
-    with stamped(Stamp(facts, verdict, bad=lost > 0)):
+    with use_stamp(Stamp(facts, verdict, bad=lost > 0)):
         save(figure, path)
 
 
-def _bands(axes: "Axes", rows: list[VariableRow]) -> None:
+def _draw_bands(axes: "Axes", rows: list[VariableRow]) -> None:
     """Draw median and 5 to 95 % band of each fabric or ratio, over the axis or side by side."""
-    groups = _by_fabric(rows)
+    groups = _group_by_fabric(rows)
     for number, group in enumerate(groups):
         colour = COLOURS[number % len(COLOURS)]
         band = np.array([one.band for one in group], float)
@@ -92,7 +92,7 @@ def _label(group: list[VariableRow]) -> str:
     return group[0].who + (f", {least} of {group[0].points} points" if least < group[0].points else "")
 
 
-def _bars(axes: "Axes", rows: list[VariableRow]) -> None:
+def _draw_bars(axes: "Axes", rows: list[VariableRow]) -> None:
     """Draw total indices as bars with intervals and first-order ones as ticks, or rank coefficients as bars."""
     names, ranks = [index.parameter for index in rows[0].indices], rows[0].explained is not None
     high = 0.8 / len(rows)
@@ -109,7 +109,7 @@ def _bars(axes: "Axes", rows: list[VariableRow]) -> None:
             first = np.array([index.first for index in row.indices], float)
             axes.plot(first, places, "|", color="black", markersize=7)
     axes.axvline(0.0, color=GREY, linewidth=0.8)
-    axes.set_yticks(np.arange(len(names)), [short(name) for name in names], fontsize=7.5)
+    axes.set_yticks(np.arange(len(names)), [short_name(name) for name in names], fontsize=7.5)
     axes.invert_yaxis()
     axes.set_xlabel("rank regression coefficient" if ranks else "index: bar total, | first order", fontsize=8.5)
     axes.set_title(f"{rows[0].quantity}, {rows[0].who}", fontsize=9.5, loc="left")

@@ -13,16 +13,24 @@ from knittest.base.history import Array
 from knittest.base.kinds import kinds
 from knittest.config import studies as file
 from knittest.config.base import field_meta
-from knittest.config.fields import place
+from knittest.config.fields import field_at
 from knittest.config.messages import number_path
 from knittest.config.run import Run
-from knittest.config.settings import Setting, leaves
+from knittest.config.settings import Setting, leaf_values
 from knittest.config.studies import Uncertainty
-from knittest.config.yaml_loader import Document, KeyPath, dotted, shown
-from knittest.laboratory.records import Ending
-from knittest.studies.homogenise.yarn_card import with_cards
-from knittest.studies.trials.case import Case, fabric_path, file_beside, number_paths, quantiles, settings_of, tried
-from knittest.studies.uncertainty.variables import Stated, Variable, statements_of, variables_of
+from knittest.config.yaml_loader import Document, KeyPath, dotted_path, value_excerpt
+from knittest.laboratory.records import EndSetting
+from knittest.studies.homogenise.derived_card import complete_cards
+from knittest.studies.trials.case import (
+    Case,
+    fabric_path,
+    number_paths,
+    quantiles,
+    round_to_trial,
+    settings_of,
+    sibling_file,
+)
+from knittest.studies.uncertainty.variables import Statement, Variable, statements_of, variables_of
 
 #: names and labels: no result depends on them
 _NAMES = ("fabric.name", "fabric.title", "fabric.experiment", "fabric.rigs", "output.")
@@ -30,7 +38,7 @@ _NAMES = ("fabric.name", "fabric.title", "fabric.experiment", "fabric.rigs", "ou
 
 def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Document) -> dict[str, list[object]]:
     """Values of every field in which ``runs`` differ; raises :class:`InputError` for one outside ``differ``."""
-    flat = [dict(leaves(run.model_dump(mode="json"))) for run in runs.values()]
+    flat = [dict(leaf_values(run.model_dump(mode="json"))) for run in runs.values()]
     meso = next(iter(runs.values())).model.scale == "meso"
     unused = (*_NAMES, "fabric.macro.") if meso else _NAMES
     names = dict.fromkeys(name for one in flat for name in one if not name.startswith(unused))
@@ -41,7 +49,7 @@ def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Doc
     if more:
         name = more[0]
         pairs = zip(runs, found[name], strict=True)
-        shown_values = ", ".join(f"{fabric} {shown(value, 30)}" for fabric, value in pairs)
+        shown_values = ", ".join(f"{fabric} {value_excerpt(value, 30)}" for fabric, value in pairs)
         others = f"; so do {', '.join(more[1:])}" if more[1:] else ""
         raise InputError(
             f"{document.where(('fabrics',))}: the fabrics differ in {name} ({shown_values}){others}: "
@@ -51,7 +59,7 @@ def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Doc
 
 
 @dataclass(frozen=True)
-class Shorter:
+class ShorterEnds:
     """Falling ``values`` of the ``field`` that ends the test, in ``unit``, stated at ``where``; none by default."""
 
     field: str = ""
@@ -64,10 +72,12 @@ class Shorter:
         return Setting(tuple(self.field.split(".")), end, self.where)
 
 
-def shorter_of(study: Uncertainty, document: Document, middle: Mapping[str, Run], drawn: Sequence[KeyPath]) -> Shorter:
+def shorter_ends_of(
+    study: Uncertainty, document: Document, middle: Mapping[str, Run], drawn: Sequence[KeyPath]
+) -> ShorterEnds:
     """Shorter ends of ``study``; raises :class:`InputError` for a field that is drawn or ends no test."""
     if not study.shorter:
-        return Shorter()
+        return ShorterEnds()
     ((name, values),) = study.shorter.items()
     where = f"{document.where(('shorter', name))}: shorter.{name}"
     kind = next(iter(middle.values())).rig.kind
@@ -76,16 +86,16 @@ def shorter_of(study: Uncertainty, document: Document, middle: Mapping[str, Run]
         raise InputError(f"{where}: is also one of the parameters: remove it from one of them")
     told = ", ".join(f"{value:g}" for value in values)
     for fabric, run in middle.items():
-        ending: Ending | None = kinds()[kind].load("ending")(run) if kinds()[kind].ending else None
+        ending: EndSetting | None = kinds()[kind].load("ending")(run) if kinds()[kind].ending else None
         if ending is None or ending.field != name:
             remedy = f"expected {ending.field}" if ending else "the test has results only at its end; remove shorter"
             raise InputError(f"{where}: does not end this test ({kind}) sooner: {remedy}")
         _check_values(values, ending, study, f"{where} = [{told}]", fabric)
     unit = str(field_meta(type(run.rig), str(path[-1])).get("unit", ""))
-    return Shorter(name, tuple(values), unit, document.where(("shorter", name)))
+    return ShorterEnds(name, tuple(values), unit, document.where(("shorter", name)))
 
 
-def _check_values(values: Sequence[float], ending: Ending, study: Uncertainty, where: str, fabric: str) -> None:
+def _check_values(values: Sequence[float], ending: EndSetting, study: Uncertainty, where: str, fabric: str) -> None:
     for before, end in pairwise([ending.now, *values]):
         if end >= before:
             what = f"the full end of {fabric}" if before == ending.now else "the value before it"
@@ -114,7 +124,7 @@ class Parameter:
     @property
     def name(self) -> str:
         """Dotted path of the first field."""
-        return dotted(self.paths[0])
+        return dotted_path(self.paths[0])
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -134,7 +144,7 @@ class Parameter:
         low, high = self.ends
         found = quantiles(self.prior, unit)
         found = np.rint(found) if self.prior.whole else found
-        return np.array([tried(v, low, high) for v in found.ravel()]).reshape(unit.shape)
+        return np.array([round_to_trial(v, low, high) for v in found.ravel()]).reshape(unit.shape)
 
     def settings(self, value: float) -> list[Setting]:
         """Settings of ``value`` at every path."""
@@ -151,9 +161,9 @@ class Problem:
     parameters: list[Parameter]
     cases: dict[str, Case]
     variables: list[Variable]
-    statements: list[Stated]
+    statements: list[Statement]
     differences: Mapping[str, Sequence[object]]
-    shorter: Shorter
+    shorter: ShorterEnds
 
     @property
     def parts(self) -> int:
@@ -163,7 +173,7 @@ class Problem:
     def run(self, fabric: str, values: Sequence[float], end: float | None = None) -> Run:
         """Run of ``fabric`` with ``values``, to its full or shorter ``end``; raises :class:`InputError` if invalid."""
         sooner = [] if end is None else [self.shorter.setting(end)]
-        return with_cards([self.cases[fabric].run([*settings_at(self.parameters, values), *sooner])])[0]
+        return complete_cards([self.cases[fabric].run([*settings_at(self.parameters, values), *sooner])])[0]
 
 
 def settings_at(parameters: Sequence[Parameter], values: Sequence[float]) -> list[Setting]:
@@ -187,13 +197,13 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     differences = check_differences(middle, study, document)
     variables = variables_of(study, document)
     stated = statements_of(study, document)
-    shorter = shorter_of(study, document, middle, [path for one in parameters for path in one.paths])
+    shorter = shorter_ends_of(study, document, middle, [path for one in parameters for path in one.paths])
     return Problem(Path(document.source).stem, study, parameters, cases, variables, stated, differences, shorter)
 
 
 def _cases(study: file.Uncertainty, document: Document, accept_limits: bool) -> dict[str, Case]:
     base = study.base
-    config = base.config and file_beside(document, base.config, document.where(("base", "config")))
+    config = base.config and sibling_file(document, base.config, document.where(("base", "config")))
     settings = tuple(settings_of(base, document, ("base",)))
     found = {}
     for name, chosen in study.fabrics.items():
@@ -212,7 +222,7 @@ def _parameters(study: file.Uncertainty, document: Document, kind: str) -> list[
     for name, prior in study.parameters.items():
         where = document.where(("parameters", name))
         paths = number_paths([name, *prior.also], where, [kind], claimed)
-        field = place(paths[0], kind)
+        field = field_at(paths[0], kind)
         found.append(Parameter(paths, field.unit if field else "", prior, where))
     return found
 

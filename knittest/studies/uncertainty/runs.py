@@ -8,14 +8,14 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.history import Array
 from knittest.base.kinds import kinds
-from knittest.config.messages import unknown
+from knittest.config.messages import unknown_name_text
 from knittest.studies.trials.trial import OPEN, Record, Trial, trial_of
 from knittest.studies.uncertainty.problem import Problem, design, matrix_name
 from knittest.studies.uncertainty.variables import results_of
 
 #: statuses of a run after which a shorter one may pass: locked loops stop a run before it begins, and a run that hung
 #: or died would do so again
-ON_ITS_WAY = ("refused", "failed")
+REPEATED_STATUSES = ("refused", "failed")
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Attempt:
 
 
 @dataclass(frozen=True)
-class Planned:
+class PlannedRun:
     """Run of ``fabric`` at row ``row`` of the part ``part`` of the design, with ``values`` of the parameters.
 
     ``attempts`` are the run to the full end and, if it failed on the way, runs to shorter ends, one after the other.
@@ -75,18 +75,18 @@ def values_of(problem: Problem) -> Array:
     return np.stack([one.values(unit[..., k]) for k, one in enumerate(problem.parameters)], axis=-1)
 
 
-def planned(problem: Problem) -> list[Planned]:
+def plan_runs(problem: Problem) -> list[PlannedRun]:
     """All runs; a draw that the schema rejects makes a run with a problem."""
     values = values_of(problem)
     runs = [
-        Planned(part, row, fabric, tuple(values[part, row].tolist()), ())
+        PlannedRun(part, row, fabric, tuple(values[part, row].tolist()), ())
         for part, row in np.ndindex(values.shape[:2])
         for fabric in problem.cases
     ]
     return [replace(one, attempts=(_attempt(problem, one),)) for one in runs]
 
 
-def _attempt(problem: Problem, one: Planned, end: float | None = None) -> Attempt:
+def _attempt(problem: Problem, one: PlannedRun, end: float | None = None) -> Attempt:
     """Attempt of ``one`` to its full end, or to the shorter ``end``."""
     label = f"{one.fabric}, {matrix_name(one.part, [p.name for p in problem.parameters])}, row {one.row + 1}"
     label += "" if end is None else f", to {end:g}"
@@ -96,19 +96,23 @@ def _attempt(problem: Problem, one: Planned, end: float | None = None) -> Attemp
         return Attempt(None, str(error), end)
 
 
-def gone_on(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> list[Planned]:
+def add_shorter_attempts(
+    problem: Problem, runs: Sequence[PlannedRun], records: Mapping[str, Record]
+) -> list[PlannedRun]:
     """Add to ``runs`` all attempts to shorter ends that follow from ``records``."""
     found = []
     for one in runs:
         for end in problem.shorter.values[len(one.attempts) - 1 :]:
-            if one.last.ended(records)[0] not in ON_ITS_WAY:
+            if one.last.ended(records)[0] not in REPEATED_STATUSES:
                 break
             one = replace(one, attempts=(*one.attempts, _attempt(problem, one, end)))
         found.append(one)
     return found
 
 
-def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, Record]) -> dict[str, dict[str, Array]]:
+def numbers_of(
+    problem: Problem, runs: Sequence[PlannedRun], records: Mapping[str, Record]
+) -> dict[str, dict[str, Array]]:
     """Requested results over the design, NaN without one; raises :class:`InputError` for an unknown quantity."""
     quantities = problem.study.quantities.values()
     names = [name for one in quantities for name in results_of(one)]
@@ -126,7 +130,7 @@ def numbers_of(problem: Problem, runs: Sequence[Planned], records: Mapping[str, 
     return found
 
 
-def check_first(problem: Problem, record: Record) -> None:
+def check_first_run(problem: Problem, record: Record) -> None:
     """Raise :class:`InputError` after the first run for a quantity that neither it nor the labels of its test have."""
     if record.results:
         kind = next(iter(problem.cases.values())).kind
@@ -140,4 +144,6 @@ def _check_known(problem: Problem, known: list[str]) -> None:
             stem = list(dict.fromkeys(result.partition(".")[0] if one.at else result for result in known))
             where = f"{problem.name}.yaml: quantities.{name}.result = {one.result}"
             places = f" at {', '.join(f'{at:g}' for at in one.at)}" if one.at else ""
-            raise InputError(f"{where}: no run has this result{places}: {unknown(one.result, stem, 'result')}")
+            raise InputError(
+                f"{where}: no run has this result{places}: {unknown_name_text(one.result, stem, 'result')}"
+            )

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.history import Array
 from knittest.config import studies as file
-from knittest.config.messages import unknown
-from knittest.config.yaml_loader import Document, shown
+from knittest.config.messages import unknown_name_text
+from knittest.config.yaml_loader import Document, value_excerpt
 
 #: results of all fabrics: by fabric and result, over the design, NaN for a missing one
 Numbers = Mapping[str, Mapping[str, Array]]
@@ -47,13 +47,13 @@ class Variable:
         below = numbers[self.over][self.result]
         return np.divide(found, below, out=np.full_like(found, np.nan), where=below != 0.0)
 
-    def either(self, flags: Mapping[str, NDArray[np.bool_]]) -> NDArray[np.bool_]:
+    def either_flag(self, flags: Mapping[str, NDArray[np.bool_]]) -> NDArray[np.bool_]:
         """Flags of the fabric, or of either fabric of a ratio, over the design."""
         return flags[self.of] if self.over is None else flags[self.of] | flags[self.over]
 
 
 @dataclass(frozen=True)
-class Stated:
+class Statement:
     """Inequality between variables, the same at all places of their axis."""
 
     name: str
@@ -93,7 +93,7 @@ class Stated:
         return np.array(gaps)
 
 
-def results_of(quantity: file.Wanted) -> list[str]:
+def results_of(quantity: file.StudyQuantity) -> list[str]:
     """Names of the results of ``quantity`` in a summary, one a place."""
     return [f"{quantity.result}.{at:g}" for at in quantity.at] or [quantity.result]
 
@@ -104,16 +104,18 @@ def variables_of(study: file.Uncertainty, document: Document) -> list[Variable]:
     for name, one in study.quantities.items():
         where = document.where(("quantities", name, "ratios"))
         for who in [*study.fabrics, *("/".join(pair) for pair in one.ratios)]:
-            found += _at_places(name, study, who, f"{where}: quantities.{name}.ratios")
+            found += _variables_at_places(name, study, who, f"{where}: quantities.{name}.ratios")
     return found
 
 
-def _at_places(name: str, study: file.Uncertainty, who: str, where: str) -> list[Variable]:
+def _variables_at_places(name: str, study: file.Uncertainty, who: str, where: str) -> list[Variable]:
     """Variables of the quantity ``name`` of ``who``, a fabric or A/B; raises :class:`InputError` with ``where``."""
     of, _, over = who.partition("/")
     for fabric in filter(None, (of, over)):
         if fabric not in study.fabrics:
-            raise InputError(f"{where}: {shown(fabric)}: {unknown(fabric, list(study.fabrics), 'fabric')}")
+            raise InputError(
+                f"{where}: {value_excerpt(fabric)}: {unknown_name_text(fabric, list(study.fabrics), 'fabric')}"
+            )
     one = study.quantities[name]
     unit = "1" if over else one.unit
     places: list[float | None] = [*one.at] or [None]
@@ -123,18 +125,18 @@ def _at_places(name: str, study: file.Uncertainty, who: str, where: str) -> list
     ]
 
 
-def statements_of(study: file.Uncertainty, document: Document) -> list[Stated]:
+def statements_of(study: file.Uncertainty, document: Document) -> list[Statement]:
     """All statements; raises :class:`InputError` for an unknown quantity or fabric."""
     found = []
     for name, one in study.statements.items():
         where = f"{document.where(('statements', name))}: statements.{name}"
         if one.quantity not in study.quantities:
-            known = unknown(one.quantity, list(study.quantities), "quantity")
-            raise InputError(f"{where}.quantity = {shown(one.quantity)}: {known}")
-        of = _at_places(one.quantity, study, one.of, f"{where}.of")
+            known = unknown_name_text(one.quantity, list(study.quantities), "quantity")
+            raise InputError(f"{where}.quantity = {value_excerpt(one.quantity)}: {known}")
+        of = _variables_at_places(one.quantity, study, one.of, f"{where}.of")
         below, above = (
-            _at_places(one.quantity, study, side, f"{where}.{at}") if isinstance(side, str) else side
+            _variables_at_places(one.quantity, study, side, f"{where}.{at}") if isinstance(side, str) else side
             for at, side in (("below", one.below), ("above", one.above))
         )
-        found.append(Stated(name, of, below, above))
+        found.append(Statement(name, of, below, above))
     return found

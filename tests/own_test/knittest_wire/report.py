@@ -7,21 +7,21 @@ import numpy as np
 from knittest.base.history import Specimen
 from knittest.experiment.curves import ReferenceCurve
 from knittest.export.line_picture import Level, Line, line_picture
-from knittest.laboratory.judging import Span
+from knittest.laboratory.quality_checks import Span
 from knittest.laboratory.report_base import (
     Columns,
     CurveAxes,
-    Gate,
-    NoSize,
+    QualityCheck,
     References,
+    SizeFreeReport,
     draw_energies,
-    energy_gates,
+    energy_checks,
     title_of,
 )
 from knittest_wire.config import WireRun
 
 
-class WireReport(NoSize):
+class WireReport(SizeFreeReport):
     """See :class:`knittest.laboratory.report_base.Report`."""
 
     axes = CurveAxes("strain_pct", "force_n", "strain [%]", "force [N]")
@@ -30,9 +30,9 @@ class WireReport(NoSize):
         """Hooke's force at the end."""
         return [Level(0.01 * run.rig.max_strain * run.rig.stiffness, "EA times strain")]
 
-    def gates(self, run: WireRun) -> list[Gate]:
+    def gates(self, run: WireRun) -> list[QualityCheck]:
         """Standard gates."""
-        return energy_gates(run)
+        return energy_checks(run)
 
     def reference_curve(self, run: WireRun) -> ReferenceCurve | None:
         """Nothing is published."""

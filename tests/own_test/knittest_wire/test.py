@@ -6,13 +6,13 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import History, Quality
-from knittest.laboratory.base import Prepared
-from knittest.laboratory.judging import Span, assess
+from knittest.laboratory.base import PreparedSpecimen
+from knittest.laboratory.quality_checks import Span, assess
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.chains import Chain, build_chains
-from knittest.models.from_stiffness import section
+from knittest.models.sections import section
 from knittest.models.tool import ramp
-from knittest.solve.simulate import simulate
+from knittest.solve.simulation import simulate
 from knittest.solve.state import SILENT, Observer, SimulationCost
 from knittest_wire.config import WireRun
 
@@ -55,7 +55,7 @@ class WireTest:
 
     ends_at_failure = False
 
-    def prepare(self, run: WireRun, specimen: int = 0, observer: Observer = SILENT) -> Prepared:
+    def prepare(self, run: WireRun, specimen: int = 0, observer: Observer = SILENT) -> PreparedSpecimen:
         """A chain of beams along x, as many as in a loop; raises :class:`InputError` for shells."""
         if run.model.scale != "meso":
             raise InputError("model.scale = macro: a wire is made of beams: use --scale meso")
@@ -64,18 +64,18 @@ class WireTest:
         card = section(run.rig.stiffness, 0.01 * run.rig.stiffness, RADIUS, LINEAR_DENSITY)
         model = build_chains([Chain(points, card)], ("wire",))
         facts = {"length_mm": run.rig.length, "area_mm2": 2.0 * RADIUS * run.rig.length}
-        return Prepared(model, Grips(run), facts=facts)
+        return PreparedSpecimen(model, Grips(run), facts=facts)
 
-    def solve(self, prepared: Prepared, run: WireRun, observer: Observer) -> tuple[History, SimulationCost]:
+    def solve(self, prepared: PreparedSpecimen, run: WireRun, observer: Observer) -> tuple[History, SimulationCost]:
         """Pull."""
         return simulate(prepared.model, prepared.rig, run.solver, run.output, observer)
 
-    def results(self, run: WireRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: WireRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Force at the end, and the slope of the curve: EA."""
         strain, force = history.curve["strain_pct"], history.curve["force_n"]
         return {"end_force_n": float(force[-1]), "stiffness_n": float(100.0 * force[-1] / strain[-1])}
 
-    def assess(self, run: WireRun, prepared: Prepared, history: History, cost: SimulationCost) -> Quality:
+    def assess(self, run: WireRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
         """Judge by the gates of every run."""
         return assess(run, prepared, history, cost, self.span(history))
 

@@ -68,7 +68,7 @@ def diamonds(size: float) -> tuple[np.ndarray, np.ndarray, float]:
 
 
 def pulled_along_yarns(size: float, ratio: float, angle: float, shaken: float = 0.0) -> tuple[Pulled, float]:
-    """The strip in :func:`diamonds`, and the force [N] of the net of these squares.
+    """The strip in :func:`diamond_counts`, and the force [N] of the net of these squares.
 
     The clamps hold two rows of nodes, every yarn by one of them, so that the net is as long as the strip. Nodes away
     from the edges are moved by up to ``shaken`` [mm] each way.

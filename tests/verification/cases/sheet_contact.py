@@ -9,7 +9,7 @@ from plain import plain
 from shell_cases import grid
 
 from knittest.kernels.sheet_contact import sheet_forces
-from knittest.kernels.sheet_surface import facing, separation
+from knittest.kernels.sheet_surface import find_facing_place, separation
 from knittest.models.sheet_tracker import STIFFNESS
 from knittest.pose import Body, SheetContact, Table, linear_laminate, ramp
 
@@ -227,7 +227,7 @@ def _facing(rim, radius: float, point, side: float) -> tuple[float, tuple[float,
     """Distance and direction of a point from the shell between two points of a unit rim, 1 mm wide."""
     a, b = (tuple(radius * np.array(r)) for r in rim)
     p, m = (a, b, (b[0], 1.0, b[2]), (a[0], 1.0, a[2])), (rim[0], rim[1], rim[1], rim[0])
-    u, v = facing(p, m, point, 0.5, 0.5, (-1.0, 2.0, -1.0, 2.0), 8, 0.3)
+    u, v = find_facing_place(p, m, point, 0.5, 0.5, (-1.0, 2.0, -1.0, 2.0), 8, 0.3)
     distance, direction, _ = plain(separation)(p, m, point, u, v, side, False)
     return distance, direction
 

@@ -63,7 +63,7 @@ def pressed_fold(
 
     def look(b: Body) -> None:
         nonlocal deepest
-        deepest = max(deepest, float(b.model.stored().penetration.max(initial=0.0)))
+        deepest = max(deepest, float(b.model.stored_energies().penetration.max(initial=0.0)))
         if watch is not None:
             watch(b)
 
@@ -75,7 +75,7 @@ def pressed_fold(
     nearest = closest_layers(body.position.reshape(n + 1, rows + 1, 3)[:, 0, ::2], size, 1.6 * thickness + size)
     return body, {
         "nearest": nearest, "penetration": deepest, "energy_error": float(np.abs(balances).max() / worst),
-        "touching": float(len(body.model.stored().penetration)), "pressing": body.model.pressing(),
+        "touching": float(len(body.model.stored_energies().penetration)), "pressing": body.model.contact_force_sum(),
     }  # fmt: skip
 
 

@@ -1,0 +1,312 @@
+"""Macro material cards that a fabric does not state: derived from a meso cell when a run needs them, and cached."""
+
+import hashlib
+import json
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from pydantic import ValidationError
+
+from knittest.base.cache import Damaged, cache_folder, load_cached, save_cached
+from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
+from knittest.base.kinds import kinds
+from knittest.base.progress import tell
+from knittest.config.fabric import CARD, Direction, Fabric
+from knittest.config.messages import input_error
+from knittest.config.quality_checks import FROM_YARNS
+from knittest.config.run import Run, Variability
+from knittest.config.settings import Layers, leaf_values
+from knittest.config.suspicious_values import REJECTED
+from knittest.config.yaml_writer import dump_mapping
+from knittest.fabric.topology import draw
+from knittest.laboratory.cell.config import CellRun
+from knittest.laboratory.shear_law_end import end_with_shear_law
+from knittest.studies.homogenise import card
+from knittest.studies.homogenise.card import Array, FinishedTest, tension_curve
+from knittest.studies.homogenise.plan import PLANNED_TESTS, PlannedTest, Request, cell_run
+from knittest.studies.trials.pool import LocalPool
+from knittest.studies.trials.runner import TRIALS, handle_signals, run_with_overview
+from knittest.studies.trials.trial import Record, code_digest, trial_of
+
+#: size of the cell, and time [s] that one path of it may take
+PRESET, TIME_LIMIT = "quick", 1800.0
+#: share of the speed, largest safety factor of the time step and factor on the beams in a loop, for attempts at a path
+#: that is rejected or fails: the hooks of thin loops need more beams than usual
+ATTEMPTS = ((1.0, 1.0, 1.0), (0.5, 0.6, 1.0), (1.0, 1.0, 1.4), (0.5, 0.6, 1.4))
+#: factor on the largest strain of a path without yarn failure, and the largest strain [%]: thick loops give thin inlays
+#: more waviness than their crimp
+FARTHER, FARTHEST = 1.6, 50.0
+#: shows a text once
+_tell_once = cache(tell)
+#: paths from which each part of a card is derived
+PATHS: Mapping[str, Sequence[PlannedTest]] = dict(
+    zip(CARD, (PLANNED_TESTS[:2], PLANNED_TESTS[3:], PLANNED_TESTS[2:3]), strict=True)
+)
+#: width [mm] of the strip whose yarns scatter, as in tensile tests
+STRIP = 50.0
+#: fields of a fabric without influence on its cell
+FIELDS_NOT_IN_KEY = {"name", "title", "macro", "experiment", "experiment_variant", "rigs"}
+DIGITS = 12
+
+
+class PathResult(NamedTuple):
+    """Result of one path: force per width ``y`` [N/mm] over ``x``, strain [%] or angle [deg]; or a stiffness [N mm].
+
+    ``rejected`` names failed quality checks of the path.
+    """
+
+    x: Array
+    y: Array
+    rejected: str = ""
+
+
+def complete_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
+    """Complete the macro material cards of ``runs``: derive parts that are missing or were derived from other yarns.
+
+    A run that does not state its largest shear angle ends with its shear law. Raises :class:`NumericalError` if a path
+    of the cell has no result, :class:`InputError` for a fabric that cannot have a cell or excludes a derived card.
+    """
+    found: dict[str, dict[PlannedTest, PathResult]] = {}
+    completed = []
+    for run in runs:
+        parts = missing_parts(run)
+        if parts:
+            numbers = found.setdefault(_digest(run.fabric), {})
+            numbers |= _path_results(run.fabric, [p for p in _paths_of(parts) if p not in numbers], quiet)
+            _check_not_rejected(run, parts, numbers)
+            run = _set_card_parts(run, parts, numbers)
+        run, note = end_with_shear_law(run)
+        if note and not quiet:
+            _tell_once(f"{run.fabric.name}: {note}")
+        completed.append(run)
+    return completed
+
+
+def missing_parts(run: Run) -> tuple[str, ...]:
+    """Parts of the card that ``run`` needs and its fabric does not state, or that were derived from other yarns."""
+    macro = run.fabric.macro
+    if run.model.scale != "macro":
+        return ()
+    references = {
+        "tension": [one.ref for one in (macro.tension or {}).values() if not isinstance(one, str)],
+        "bending_stiffness": [] if macro.bending_stiffness is None else [macro.bending_stiffness.warp.ref],
+        "shear": [] if macro.shear is None else [macro.shear.ref],
+    }
+    own = FROM_YARNS + _digest(run.fabric)
+    stale = [name for name, refs in references.items() if any(r.startswith(FROM_YARNS) and own not in r for r in refs)]
+    return tuple(name for name in CARD if name in macro.missing_card_parts or name in stale)
+
+
+def _check_not_rejected(run: Run, parts: Sequence[str], numbers: Mapping[PlannedTest, PathResult]) -> None:
+    """Raise :class:`NumericalError` for a rejected path that decides the result of ``run``."""
+    decisive = kinds()[run.rig.kind].deciding.get("macro", ())
+    for part in (part for part in parts if any(field.startswith(f"macro.{part}") for field in decisive)):
+        for piece in PATHS[part]:
+            if rejected := numbers[piece].rejected:
+                raise NumericalError(_failure_text(run.fabric, piece, f"rejected: {rejected}"))
+
+
+def paths_to_run(run: Run) -> list[Run]:
+    """Runs of the cell that ``run`` needs; none if its card is stated or cached."""
+    pieces = [p for p in _paths_of(missing_parts(run)) if _load(run.fabric, p) is None]
+    with tempfile.TemporaryDirectory() as folder:
+        return [cell_run(_request(run.fabric, Path(folder)), piece) for piece in pieces]
+
+
+def _paths_of(parts: Iterable[str]) -> list[PlannedTest]:
+    return [piece for part in parts for piece in PATHS[part]]
+
+
+def _path_results(fabric: Fabric, pieces: Sequence[PlannedTest], quiet: bool) -> dict[PlannedTest, PathResult]:
+    """Results of the paths ``pieces``, from the cache or from new runs."""
+    found = {piece: numbers for piece in pieces if (numbers := _load(fabric, piece)) is not None}
+    outcomes: dict[PlannedTest, PathResult | Record] = {}
+    left = [piece for piece in pieces if piece not in found]
+    if not left:
+        return found
+    if not quiet:
+        tell(f"fabric {fabric.name}: deriving its macro material card from {len(left)} paths of a meso cell")
+    with tempfile.TemporaryDirectory() as folder, handle_signals():
+        farther = dict.fromkeys(left, 1.0)
+        for tried in ATTEMPTS:
+            if outcomes and not quiet:
+                speed, safety, finer = tried
+                names = ", ".join(piece.name for piece in left)
+                more = (
+                    f"{speed:g} of the speed, safety <= {safety:g}, {finer:g} times the beams in a loop, larger strain"
+                )
+                tell(f"fabric {fabric.name}: no valid result of {names} yet; next attempt with {more}")
+            for piece, outcome in _run_paths(fabric, left, Path(folder), tried, farther, quiet).items():
+                outcomes[piece] = outcome
+                if not isinstance(outcome, Record):
+                    arrays = {name: np.asarray(value) for name, value in outcome._asdict().items()}
+                    save_cached(_path(fabric, piece), _key(fabric, piece), arrays)
+            open_paths = {
+                p for p, r in outcomes.items() if (r.status == "failed" if isinstance(r, Record) else r.rejected)
+            }
+            if not (left := [piece for piece in left if piece in open_paths]):
+                break
+    for piece, outcome in outcomes.items():
+        if isinstance(outcome, Record):
+            raised: dict[str, type[KnittestError]] = {"invalid": InputError, "blocked": ResourceError}
+            text = _failure_text(fabric, piece, f"{outcome.status}: {outcome.reason}")
+            raise raised.get(outcome.status, NumericalError)(text)
+        found[piece] = outcome
+    return found
+
+
+def _run_paths(
+    fabric: Fabric, pieces: Sequence[PlannedTest], folder: Path, tried: tuple[float, float, float],
+    farther: dict[PlannedTest, float], quiet: bool,
+) -> dict[PlannedTest, PathResult | Record]:  # fmt: skip
+    """Run paths with one of :data:`ATTEMPTS`; records of those without a result.
+
+    ``farther`` has the factor on the largest strain of each path, which grows if no yarn failed.
+    """
+    (speed, safety, finer), runs = tried, {}
+    for piece in pieces:
+        run = cell_run(_request(fabric, folder), piece)
+        sets = [
+            f"solver.speed={speed * run.solver.speed!r}", f"solver.safety={min(safety, run.solver.safety)!r}",
+            f"model.meso.elements_per_loop={2 * round(0.5 * finer * run.model.meso.elements_per_loop)}",
+        ]  # fmt: skip
+        if farther[piece] > 1.0:
+            assert isinstance(run, CellRun)
+            sets.append(f"rig.max_strain={min(farther[piece] * run.rig.max_strain, FARTHEST)!r}")
+        runs[piece] = cell_run(_request(fabric, folder, tuple(sets)), piece)
+    trials = {piece: trial_of(run, f"card, {piece.name}") for piece, run in runs.items()}
+    by_key = {trial.key: piece for piece, trial in trials.items()}
+    outcomes: dict[PlannedTest, PathResult | Record] = {}
+
+    def note(record: Record) -> None:
+        piece = by_key[record.key]
+        outcomes[piece] = record
+        if record.status not in ("completed", "refused"):
+            return
+        results = replace(record, status="completed").results
+        tested = FinishedTest(runs[piece], folder / TRIALS / record.key, results, record.key)
+        try:
+            outcomes[piece] = _read_result(piece, tested)._replace(rejected=record.reason)
+        except NumericalError as error:
+            outcomes[piece] = replace(record, status="failed", reason=str(error))
+            farther[piece] *= FARTHER if isinstance(error, card.NoYarnFailureError) else 1.0
+
+    pool = LocalPool(numba.get_num_threads(), 1)
+    run_with_overview(list(trials.values()), folder, pool, limit=TIME_LIMIT, quiet=quiet, check=note)
+    return outcomes
+
+
+def _read_result(piece: PlannedTest, tested: FinishedTest) -> PathResult:
+    if piece.direction and piece.kind == "tensile":
+        card.tension_of(tested)  # raises if no yarn failed
+        return PathResult(
+            *tension_curve(*_scattered_tension(tested.run.fabric, piece.direction, *card.tension_to_peak(tested)))
+        )
+    if piece.kind == "cantilever":
+        return PathResult(np.zeros(0), np.array([card.bending_stiffness(tested)]))
+    angle, force = card.shear_law(tested)
+    return PathResult(angle, force) if angle[0] == 0.0 else PathResult(np.append(0.0, angle), np.append(0.0, force))
+
+
+def _scattered_tension(fabric: Fabric, direction: Direction, strain: Array, force: Array) -> tuple[Array, Array]:
+    """Strain [%] and force [N/mm] of a strip of yarns with scatter of strength and slack, from those of equal yarns
+    that fail at the last strain: a bundle (Daniels, 1945) of the yarns of a standard strip.
+    """
+    drawn = draw(fabric, Variability(), direction, round(STRIP * fabric.density_per_mm.of(direction)), 0)
+    if np.ptp(drawn.fracture_strain) == 0.0 and not drawn.slack.any():
+        return strain, force
+    longer = (1.0 + strain[-1] / 100.0) / (1.0 + fabric.reinforcing.fracture_strain_fraction)
+    slack = 100.0 * drawn.slack
+    breaks = 100.0 * (longer * (1.0 + drawn.fracture_strain) - 1.0) + slack
+    grid = np.union1d(strain, breaks[breaks < strain[-1]])
+    held = np.interp(grid[:, None] - slack, strain, force) * (grid[:, None] <= breaks)
+    return grid, held.mean(axis=1)
+
+
+def _failure_text(fabric: Fabric, piece: PlannedTest, reason: str) -> str:
+    part = next(part for part, pieces in PATHS.items() if piece in pieces)
+    return (
+        f"fabric {fabric.name}: macro.{part} is missing and cannot be derived from the yarns: {piece.name} of a cell "
+        f"{reason}; add macro.{part} to the fabric file, or use --scale meso"
+    )
+
+
+def _set_card_parts(run: Run, parts: Sequence[str], numbers: Mapping[PlannedTest, PathResult]) -> Run:
+    """Set ``parts`` of the card of ``run`` from the ``numbers`` of paths; raises :class:`InputError`."""
+    data: dict[str, Any] = run.model_dump(mode="json")
+    macro = data["fabric"]["macro"]
+    for part in parts:
+        macro |= _fields(part, _digest(run.fabric), numbers)
+    try:
+        return type(run).model_validate(data).model_copy(update={"rig": run.rig})  # keeps what the user stated
+    except ValidationError as error:
+        layers = Layers()
+        layers.lay(data, lambda path: "the card derived from the yarns")
+        raise input_error(error, layers) from None
+
+
+def _fields(part: str, digest: str, numbers: Mapping[PlannedTest, PathResult]) -> dict[str, Any]:
+    """Fields of ``part`` of a card, marked as derived."""
+    made, ends = {}, {}
+    for piece in PATHS[part]:
+        x, y, rejected = numbers[piece]
+        ref = f"{FROM_YARNS}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
+        origin = {"source": "derived", "ref": ref}
+        points = [[_round_number(a), _round_number(b)] for a, b in zip(x, y, strict=False)]
+        if part == "shear":
+            return {part: {"kind": "table", "points": points, **origin}}
+        tension = part == "tension"
+        made[piece.direction] = {"points": points, **origin} if tension else {"value": _round_number(y[-1]), **origin}
+        ends[piece.direction] = {"value": _round_number(x[-1]), **origin} if tension else {}
+    return {part: made, "fracture_strain": ends} if part == "tension" else {part: made}
+
+
+def _round_number(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def _request(fabric: Fabric, folder: Path, sets: tuple[str, ...] = ()) -> Request:
+    """Write the file of ``fabric`` to ``folder``; returns the request of its cell."""
+    path = folder / "fabric.yaml"
+    data = _yarn_fields(fabric) | {"name": fabric.name}
+    path.write_text(dump_mapping(data, ("fabric",)), encoding="utf-8")
+    return Request(fabric=path, preset=PRESET, sets=sets, source="cell")
+
+
+def _yarn_fields(fabric: Fabric) -> dict[str, Any]:
+    """Fields of ``fabric`` that determine its cell."""
+    return fabric.model_dump(mode="json", exclude=FIELDS_NOT_IN_KEY, exclude_none=True)
+
+
+def _digest(fabric: Fabric) -> str:
+    numbers = sorted((name, str(value)) for name, value in leaf_values(_yarn_fields(fabric)))
+    return hashlib.sha256(json.dumps(numbers).encode()).hexdigest()[:DIGITS]
+
+
+def _key(fabric: Fabric, piece: PlannedTest) -> str:
+    """Digest of the yarns of ``fabric``, the path, and the sources that derive its numbers."""
+    digest = hashlib.sha256(f"{_digest(fabric)} {piece.name} {PRESET} {ATTEMPTS} {code_digest()}".encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[: 2 * DIGITS]
+
+
+def _path(fabric: Fabric, piece: PlannedTest) -> Path | None:
+    folder = cache_folder("cards")
+    return None if folder is None else folder / f"{_key(fabric, piece)}.npz"
+
+
+def _load(fabric: Fabric, piece: PlannedTest) -> PathResult | None:
+    path = _path(fabric, piece)
+    try:
+        arrays = load_cached(path, _key(fabric, piece))
+        return None if arrays is None else PathResult(arrays["x"], arrays["y"], str(arrays["rejected"]))
+    except (Damaged, KeyError) as error:
+        tell(f"{path}: {error}: this cached part of a card is ignored and derived again")
+        return None
