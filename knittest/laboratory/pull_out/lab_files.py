@@ -223,7 +223,8 @@ def _results(pulls: Sequence[PullOutSpecimen]) -> Results:
 LAB = LabTest(
     NAME,
     make_reader(
-        [("force",), ("travel",)], "a force and a displacement, one free end a force or none", _read_specimen, shared=True
+        [("force",), ("travel",)], "a force and a displacement, one free end a force or none", _read_specimen,
+        shared=True,
     ),
     _results, (EMBEDDED, CROSSING_DENSITY), ("sign", "zero", "preload", "clamped"),
 )  # fmt: skip
