@@ -33,7 +33,15 @@ def commands() -> dict[str, list[str]]:
         file: [*weave, "--set", f"rig.side={fabric}", "--set", f"rig.frame_side={frame}", *against]
         for _, file, frame, fabric in LABS[:2]
     }
-    runs["cycle"] = [*weave, "--set", "rig.side=140", "--set", "rig.frame_side=216", "--set", "rig.turns=[30, 0]"]
+    runs["cycle"] = [
+        *weave,
+        "--set",
+        "rig.side=140",
+        "--set",
+        "rig.frame_side=216",
+        "--set",
+        "rig.reversal_angles=[30, 0]",
+    ]
     runs["seeds"] = ["picture-frame", "--variant", "1", "--scale", "macro", "--specimens", "2"]
     return runs
 

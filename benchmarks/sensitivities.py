@@ -100,14 +100,14 @@ TESTS = {
 def base_of(test: str) -> dict[str, Any]:
     """Part of a sweep that all runs of ``test`` share."""
     one = TESTS[test]
-    shared = {"test": test, "variant": "1", "scale": "meso", "preset": "quick", "parameters": "gripping"}
+    shared = {"test": test, "variant": "1", "scale": "meso", "preset": "quick", "parameters": "spin-friction"}
     return shared | one.base | {"set": one.settings}
 
 
 def values_of(test: str) -> dict[str, float]:
     """Value of each field that changes and that the fabric of ``test`` has, as its runs start from it."""
     sets = [f"{name}={value}" for name, value in TORSION.items()]
-    given = resolve(test=test, variant="1", scale="meso", preset="quick", parameters="gripping", sets=sets)
+    given = resolve(test=test, variant="1", scale="meso", preset="quick", parameters="spin-friction", sets=sets)
     return {name: _number(given, name) for one in PARAMETERS if one.start is None for name in one.powers}
 
 

@@ -1,7 +1,7 @@
 """Puts runs into docs/runs.json, from which docs/validation.md is written; needs no simulation itself.
 
 python benchmarks/validation.py RUN_FOLDER...      # takes their numbers over; then: python -m docs.generate
-python benchmarks/validation.py --gripping RUN...  # the same for runs of both sets that are shown side by side
+python benchmarks/validation.py --spin-friction RUN...  # the same for runs of both sets that are shown side by side
 python benchmarks/validation.py --cells            # relaxes the cells of both variants: thickness and crimp
 python benchmarks/validation.py --commands         # prints the commands of all stored runs, to repeat them
 """
@@ -55,7 +55,7 @@ def _options(config: dict[str, Any], inputs: dict[str, Any]) -> dict[str, Any]:
 
 def main(arguments: list[str]) -> None:
     file = stored_runs.FILE
-    if arguments[:1] == ["--gripping"]:
+    if arguments[:1] == ["--spin-friction"]:
         file, arguments = validation_sets.FILE, arguments[1:]
     runs = {run.command.removesuffix(" --verify"): run for run in stored_runs.load(file)} if file.exists() else {}
     if arguments == ["--commands"]:

@@ -2,7 +2,7 @@
 
 #: first words of what a run was refused or stopped by, and what they stand for
 CAUSES = {
-    "fabric.knitting.draw_in": "loops lock at that draw-in",
+    "fabric.knitting.loop_shortening": "loops lock at that draw-in",
     "fabric.loop_length": "yarns lock",
     "fabric.reinforcing.section": "loops bend along the section",
     "energy error": "energy error",

@@ -55,7 +55,7 @@ _IN_PLANE = ("fabric.macro.in_plane_bending.warp=4.2", "fabric.macro.in_plane_be
 _FREE = ("rig.in_plane_bending=false",)
 #: size of the shells and speed of the yarns at ``paper``, for shells
 _PAPER_SIZE = ("model.macro.element_size=3", "solver.speed=0.55", "solver.ramp=10")
-_GRIPPING = {"parameters": "gripping"}
+_GRIPPING = {"parameters": "spin-friction"}
 #: by page and name of the table
 TABLES: dict[tuple[str, str], Made] = {
     ("homogenise.md", "benchmarks/homogenise.py"): Made(

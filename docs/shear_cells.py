@@ -66,7 +66,7 @@ class Case:
         """Settings by which it differs from the shipped cell."""
         loop, wave = self.mesh
         given: dict[str, float | str] = {
-            "rig.max_angle": 31, "rig.judged_from": JUDGED_FROM, "rig.slide": SLIDE,
+            "rig.max_angle": 31, "rig.evaluated_from": JUDGED_FROM, "rig.max_slip": SLIDE,
             "model.meso.elements_per_loop": loop, "model.meso.elements_per_wave": wave,
         }  # fmt: skip
         given |= {f"fabric.reinforcing.{field}": value for field, value in EQUAL.items() if self.equal}
@@ -78,7 +78,7 @@ class Case:
         if self.modulus is not None:
             given["fabric.reinforcing.section.flattening.modulus"] = self.modulus
         if self.draw_in is not None:
-            given["fabric.knitting.draw_in"] = self.draw_in
+            given["fabric.knitting.loop_shortening"] = self.draw_in
         return tuple(f"{name}={value}" for name, value in given.items())
 
     def _section(self) -> Iterator[tuple[str, float | str]]:

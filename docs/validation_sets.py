@@ -1,6 +1,6 @@
-"""Rows of docs/validation.md on the parameter set ``gripping``: its runs beside the same runs with ``calibrated``.
+"""Rows of docs/validation.md on the parameter set ``spin-friction``: its runs beside the same runs with ``calibrated``.
 
-The runs lie in docs/runs-gripping.json, so that the other tables and their counts are of the default set.
+The runs lie in docs/runs-spin-friction.json, so that the other tables and their counts are of the default set.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,10 +14,10 @@ from docs.validation_rows import Row, measured, rows_of
 from knittest.base.files import configs_dir
 from knittest.config.yaml_loader import load_yaml
 
-FILE = Path(__file__).parent / "runs-gripping.json"
-OLD, NEW = "calibrated", "gripping"
+FILE = Path(__file__).parent / "runs-spin-friction.json"
+OLD, NEW = "calibrated", "spin-friction"
 TEXT = """
-`--parameters gripping` is `calibrated` plus spin friction at crossings (`fabric.contact.patch`). The assumed patch
+`--parameters spin-friction` is `calibrated` plus spin friction at crossings (`fabric.contact.patch`). The assumed patch
 radii are those of touching circles: 0.375 mm between inlays, 0.306 between inlay and loop, 0.25 between loops.
 Sections stay circles, and loops are not shortened. Preset, seed and code are the same for both sets.
 
@@ -48,8 +48,8 @@ def sets_section(file: Path = FILE) -> list[str]:
     tables = [table(HEAD, strips), moved(strips), table(SHEAR_HEAD, shear_lines(runs)), LAWS,
               table(LAW_HEAD, law_lines())]  # fmt: skip
     return [
-        '<a id="the-set-gripping-beside-calibrated"></a>',
-        "## `gripping` compared with `calibrated`",
+        '<a id="the-set-spin-friction-beside-calibrated"></a>',
+        "## `spin-friction` compared with `calibrated`",
         TEXT,
         *tables,
         "Runs with CPU time and commit:",

@@ -31,7 +31,7 @@ NUMBERS = {
 #: wrap ratio below which loops may snap: of 61 sheared cells at 0.05 or more one was lost by it, of 66 others 15
 UNIQUE = 0.05
 SPLITS = f"below {UNIQUE:.2f} the contact points of loops jump in a quarter of sheared cells, which are then rejected: "
-REMEDY = "use less loop shortening (draw_in) or a longer loop"
+REMEDY = "use less loop shortening (loop_shortening) or a longer loop"
 #: of four cells that were lost by it at the speed and step of the study
 RESCUED = "half the time step made two of four such cells pass, half the speed one; else "
 UNSETTLED = "not computed: yarns start without contact forces"

@@ -7,6 +7,7 @@ import signal
 import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
@@ -17,6 +18,7 @@ from knittest import __version__
 from knittest.base.errors import OUT_OF_MEMORY, InputError, KnittestError, ResourceError, is_out_of_memory
 from knittest.base.interrupts import INTERRUPTED, STOPPING, ProcessSignalHandler
 from knittest.base.kinds import kinds
+from knittest.config.aliases import OldNameWarning
 
 #: heading of ``--help`` under which the tests and the commands that begin one stand
 TESTS = "Tests"
@@ -114,6 +116,14 @@ def cli() -> None:
     """
 
 
+def _show_warning(
+    message: Warning | str, category: type[Warning], filename: str, lineno: int, *_: object, **__: object
+) -> None:
+    """Show the warning of an old name in a line; others as Python does."""
+    text = f"warning: {message}\n" if issubclass(category, OldNameWarning) else None
+    sys.stderr.write(text or warnings.formatwarning(message, category, filename, lineno))
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with its code; no traceback reaches the user."""
     # A file of a run must not take the descriptor of a stream that was closed before the start: 0, 1 and 2 come first.
@@ -124,6 +134,7 @@ def main(arguments: list[str] | None = None) -> None:
     stops.install()
     report = sys.__unraisablehook__  # but not a signal in a library's callback, which is noted already
     sys.unraisablehook = lambda lost: None if isinstance(lost.exc_value, KeyboardInterrupt) else report(lost)
+    warnings.showwarning = _show_warning
     for library in ("OPENBLAS", "MKL"):  # small systems: threads only wait for each other, long on a busy machine
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     try:

@@ -29,7 +29,7 @@ QUIET = click.option("--quiet", is_flag=True, help="No progress, no table.")
 VARIANT = click.option("--variant", metavar="NAME", help="Shipped fabric 1 or 2, or the name of configs/NAME.yaml.")
 FABRIC = click.option("--fabric", type=PATH, metavar="FILE", help="Fabric file.")
 PARAMETERS = click.option(
-    "--parameters", metavar="SET", help="Parameter set of the fabric: calibrated (default), as-measured, gripping."
+    "--parameters", metavar="SET", help="Parameter set of the fabric: calibrated (default), as-measured, spin-friction."
 )
 PRESET = click.option("--preset", type=PRESETS, default="quick", show_default=True, help="Size of the models.")
 SEED = click.option("--seed", type=int, help="Seed of all random draws.  [default: 1]")

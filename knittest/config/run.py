@@ -71,7 +71,7 @@ class Solver(Strict):
     max_energy_error: float = number(2.0, "%", f"{LIMIT} energy error; 10 % stops the run", gt=0, le=10)
     max_penetration: float = number(25.0, "%", f"{LIMIT} contact penetration over radius", gt=0, le=100)
     max_overlap: float = number(10.0, "%", f"{LIMIT} initial yarn overlap over radius; 20 % stops the run", gt=0, le=20)
-    max_force_free: float = number(10.0, "%", f"{LIMIT} yarn overlap without force, over radius", gt=0, le=100)
+    max_force_free_overlap: float = number(10.0, "%", f"{LIMIT} yarn overlap without force, over radius", gt=0, le=100)
     max_damping: float = number(5.0, "%", f"{LIMIT} damping energy over work", gt=0, le=100)
     max_contact_damping: float = number(
         5.0, "%", f"{LIMIT} damping energy of contacts and free tools, with the energy of contacts detected late, over "
@@ -80,10 +80,10 @@ class Solver(Strict):
     max_hourglass: float = number(
         5.0, "%", f"{LIMIT} hourglass energy of shell elements over internal energy", gt=0, le=100
     )
-    max_beyond_law: float = number(
+    max_law_extrapolation: float = number(
         5.0, "%", f"{LIMIT} share of shell elements beyond the end of the shear law", gt=0, le=100
     )
-    max_drag: float = number(
+    max_damping_force: float = number(
         10.0, "%", f"{LIMIT} damping force at full speed over weight and blank-holder force (forming)", gt=0, le=100
     )
 

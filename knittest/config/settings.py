@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from knittest.base.errors import InputError
+from knittest.config.aliases import present_path
 from knittest.config.fields import field_at
 from knittest.config.yaml_loader import KeyPath, parse_value, value_excerpt
 
@@ -79,6 +80,9 @@ class Setting:
     path: KeyPath
     value: Any
     said: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "path", present_path(self.path, self.said))
 
 
 def parse_set(text: str) -> Setting:

@@ -9,6 +9,7 @@ from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir, data_dir, variants
+from knittest.config.aliases import present_set
 from knittest.config.messages import unknown_name_text
 from knittest.config.run import Run
 from knittest.config.settings import Layers
@@ -115,6 +116,7 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     sets, name, at = fields[SETS], wanted or DEFAULT_SET, (*source.root, SETS)
     if not isinstance(sets, dict) or not sets:
         raise InputError(f"{document.where(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
+    name = present_set(name, sets, f"--parameters {name}")
     if name not in sets:
         raise InputError(
             f"{document.where(at)}: parameters = {name}: {unknown_name_text(name, list(sets), 'parameter set')}"

@@ -314,7 +314,7 @@ class Uncertainty(Strict):
     fabrics: dict[str, FabricChoice] = Field(
         min_length=1, max_length=6, description="fabrics by name, with equal yarns"
     )
-    differ: list[str] = Field(
+    differing_fields: list[str] = Field(
         default_factory=list,
         description="fields in which the fabrics may differ, such as fabric.loop_length; other differences are errors",
     )
@@ -330,7 +330,7 @@ class Uncertainty(Strict):
     )
     samples: int = Field(64, ge=2, le=8192, description="size of each of the two samples, a power of two")
     seed: int = Field(1, ge=0, le=2**32 - 1, description="seed of sampling and resampling")
-    shorter: dict[str, Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=1)]] = Field(
+    shorter_ends: dict[str, Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=1)]] = Field(
         default_factory=dict, max_length=1,
         description="falling values of the field that ends the test, at which a rejected or failed run is repeated",
     )  # fmt: skip

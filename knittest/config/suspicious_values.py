@@ -216,9 +216,9 @@ def _fraction_notes(run: Run) -> Iterator[str]:
     """Warnings about a slack or loop shortening near 0; no error, because studies vary them from 0."""
     if run.model.scale == "macro":
         return
-    slack, draw_in = run.fabric.reinforcing.slack, run.fabric.knitting.draw_in
+    slack, draw_in = run.fabric.reinforcing.slack, run.fabric.knitting.loop_shortening
     given = [(f"reinforcing.slack.{d}", slack.of(d).value, LEAST_SLACK) for d in ("warp", "weft")]
-    given += [("knitting.draw_in", draw_in.value, LEAST_DRAW_IN)] if draw_in else []
+    given += [("knitting.loop_shortening", draw_in.value, LEAST_DRAW_IN)] if draw_in else []
     for name, value, least in given:
         if 0.0 < value < least:
             yield (

@@ -154,8 +154,8 @@ class Holder(Opening):
         gt=0, band=(1e-4, 1000),
     )  # fmt: skip
     mass_g: ClassVar[Kernel[float | None]] = Kernel("mass")
-    drag: float = number(1.0, "1/ms", "damping: force = drag x mass x speed", ge=0, le=1000)
-    drag_per_ms: ClassVar[Kernel[float]] = Kernel("drag")
+    damping_rate: float = number(1.0, "1/ms", "damping: force = rate x mass x speed", ge=0, le=1000)
+    damping_rate_per_ms: ClassVar[Kernel[float]] = Kernel("damping_rate")
 
 
 def stl_tools(rig: Strict) -> dict[str, StlTool]:

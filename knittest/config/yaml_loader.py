@@ -16,6 +16,7 @@ import yaml
 
 from knittest.base.errors import InputError
 from knittest.base.files import read_regular
+from knittest.config.aliases import KeyPath, present_names
 
 #: tag -> pattern of a plain scalar and the characters it can start with
 CORE_SCHEMA: dict[str, tuple[re.Pattern[str], str]] = {
@@ -58,8 +59,6 @@ MAX_BYTES = 1_000_000
 MAX_DEPTH = 24
 MAX_NODES = 20_000
 
-KeyPath = tuple[str | int, ...]
-
 
 @dataclass
 class Document:
@@ -94,7 +93,7 @@ def parse_document(text: str, source: str) -> Document:
         raise InputError(f"{source}:1: the file is empty: expected a mapping of fields")
     if not isinstance(data, dict):
         raise InputError(f"{source}:1: expected a mapping of fields (name: value), found {describe(data)}")
-    return Document(source, data, builder.lines)
+    return Document(source, *present_names(data, builder.lines, source))
 
 
 _parsed = lru_cache(maxsize=16)(parse_document)  # a sweep reads the same fabric for each run; nobody changes it

@@ -169,34 +169,34 @@ class KnittingYarn(Yarn):
     degree_of_set: Quantity = measure(
         "1", "permanent share of the loop's curvature; the rest is elastic and presses the crossings", ge=0, le=1
     )
-    draw_in: Quantity | None = number(
+    loop_shortening: Quantity | None = number(
         None, "%", "loop shortening: stress-free loop length below the length in the relaxed geometry. Each meso test "
         "then starts from the initial equilibrium under its contact law. None: loops start without tension, and "
         "initial overlaps carry no force", ge=0, le=10,
     )  # fmt: skip
-    draw_in_fraction: ClassVar[Kernel[float | None]] = Kernel("draw_in")
+    loop_shortening_fraction: ClassVar[Kernel[float | None]] = Kernel("loop_shortening")
     tension: Quantity | None = number(
         None,
         "N",
-        "instead of draw_in: mean tension of the knitting yarn in the initial equilibrium",
+        "instead of loop_shortening: mean tension of the knitting yarn in the initial equilibrium",
         gt=0,
         band=(1e-3, 20),
     )
     tension_n: ClassVar[Kernel[float | None]] = Kernel("tension")
     loop_scatter: Literal["none", "courses"] = Field(
         "none", description="courses: random loop length of each course of a specimen, with the sd of "
-        "fabric.loop_length; cells have the mean. Starts from the initial equilibrium, as with draw_in",
+        "fabric.loop_length; cells have the mean. Starts from the initial equilibrium, as with loop_shortening",
     )  # fmt: skip
 
     @property
     def starts_relaxed(self) -> bool:
         """Tell whether meso tests start from the initial equilibrium under the contact law of the run."""
-        return self.draw_in is not None or self.tension is not None or self.loop_scatter != "none"
+        return self.loop_shortening is not None or self.tension is not None or self.loop_scatter != "none"
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
-        if self.draw_in is not None and self.tension is not None:
-            raise BoundsError("excludes draw_in: keep the one that was measured", "tension")
+        if self.loop_shortening is not None and self.tension is not None:
+            raise BoundsError("excludes loop_shortening: keep the one that was measured", "tension")
         _check_bending(self, self.bending_stiffness, "bending_stiffness")
         return self
 

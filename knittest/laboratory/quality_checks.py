@@ -168,7 +168,7 @@ def assess(
             "have crossed: compare with a smaller solver.safety"
         )
     for gate in quality_checks_of(run):
-        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_beyond_law:
+        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_law_extrapolation:
             quality = quality.with_warnings(beyond.stated)
         else:
             quality = evaluate_check(run, quality, gate, beyond, history.rest)

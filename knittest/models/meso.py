@@ -98,7 +98,7 @@ def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
     ``loop`` (rows,) are the drawn lengths of the courses' loops over their mean [-], None where all are alike.
     """
     own = 1.0 if path.system != "knit" or loop is None else float(loop[path.index])
-    drawn = 1.0 - (1.0 - (run.fabric.knitting.draw_in_fraction or 0.0)) * own
+    drawn = 1.0 - (1.0 - (run.fabric.knitting.loop_shortening_fraction or 0.0)) * own
     return np.where(_held_elements(run, path, rows), drawn, 0.0)
 
 
@@ -160,7 +160,7 @@ def build_meso_cell(
             SYSTEMS.index(path.system),
             stretch=stretch(run, path),
             degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == "knit" else 1.0,
-            draw_in=(run.fabric.knitting.draw_in_fraction or 0.0) if path.system == "knit" else 0.0,
+            draw_in=(run.fabric.knitting.loop_shortening_fraction or 0.0) if path.system == "knit" else 0.0,
             along=1 if path.system == "warp" else 0,
             normal=UPRIGHT,
         )

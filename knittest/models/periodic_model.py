@@ -46,7 +46,7 @@ def missing_image(cell: "PeriodicModel") -> str:
             if distance < radius + CONTACT_SKIN + 2.0 * half:
                 return (
                     f"{cell.name_of(int(own[m]))} and {cell.name_of(int(own[nearest]))} approach each other where the "
-                    f"cell has no image, {times[0]:+d} and {times[1]:+d} cells away; increase rig.slide, or halo in "
+                    f"cell has no image, {times[0]:+d} and {times[1]:+d} cells away; increase rig.max_slip, or halo in "
                     "the Python interface"
                 )
     return ""

@@ -38,7 +38,7 @@ def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepare
     """Build model and rig of specimen number ``specimen``; raises :class:`InputError` if its loops lock."""
     drawn = with_loop_shortening(run, _axial_share(run))
     prepared: PreparedSpecimen = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
-    draw_in = drawn.fabric.knitting.draw_in_fraction if run.model.scale == "meso" else None
+    draw_in = drawn.fabric.knitting.loop_shortening_fraction if run.model.scale == "meso" else None
     return prepared if draw_in is None else replace(prepared, facts=prepared.facts | {LOOP_SHORTENING: draw_in})
 
 

@@ -136,11 +136,12 @@ def _cell_as_stated(run: Run, at: Callable[[float], RelaxedCell]) -> RelaxedCell
     knitting = run.fabric.knitting
     if knitting.tension_n is not None:
         return _cell_at_tension(run, at, knitting.tension_n)
-    draw_in = knitting.draw_in_fraction or 0.0
+    draw_in = knitting.loop_shortening_fraction or 0.0
     if not at(draw_in).conformity_fault and (why := _locking_reason(run, at(draw_in))):
         least = 100.0 * _largest_shortening(run, at, draw_in)
         raise InputError(
-            f"fabric.knitting.draw_in = {100.0 * draw_in:g} %: the loops lock: {why}; expected at most {least:.3g} %"
+            f"fabric.knitting.loop_shortening = {100.0 * draw_in:g} %: the loops lock: {why}; expected at "
+            f"most {least:.3g} %"
         )
     return at(draw_in)
 
@@ -154,7 +155,7 @@ def with_loop_shortening(run: Run, axial_share: float = 1.0) -> Run:
         return run
     if not run.model.meso.contact:
         raise InputError(
-            "model.meso.contact = false: fabric.knitting.draw_in and tension need yarn contact; set it to true"
+            "model.meso.contact = false: fabric.knitting.loop_shortening and tension need yarn contact; set it to true"
         )
     return _with_shortening(run, relaxed_contact_cell(run, axial_share).draw_in)
 
@@ -167,7 +168,7 @@ def mesh_fault(run: Run, axial_share: float = 1.0) -> str:
     if not _relaxes_under_contact(run):
         return ""
     drawn = with_loop_shortening(run, axial_share)
-    draw_in = drawn.fabric.knitting.draw_in_fraction or 0.0
+    draw_in = drawn.fabric.knitting.loop_shortening_fraction or 0.0
 
     @cache
     def pressing(mesh: tuple[int, int]) -> float:
@@ -215,7 +216,7 @@ def _with_mesh(run: Run, mesh: tuple[int, int]) -> Run:
 
 def _with_shortening(run: Run, draw_in: float) -> Run:
     drawn = Quantity(value=100.0 * draw_in, source="derived", ref="the settled cell")
-    knitting = run.fabric.knitting.model_copy(update={"draw_in": drawn, "tension": None})
+    knitting = run.fabric.knitting.model_copy(update={"loop_shortening": drawn, "tension": None})
     return run.model_copy(update={"fabric": run.fabric.model_copy(update={"knitting": knitting})})
 
 

@@ -131,7 +131,7 @@ def test_only_what_enlarges_rounding_runs_several_times_and_only_to_be_stored(st
         return pool.asked
 
     again = [label for label in asked("--update-baseline") if ", rounding " in label]
-    frames = {YARNS, f"{YARNS}-gripping", FRAME}
+    frames = {YARNS, f"{YARNS}-spin-friction", FRAME}
     assert {label.split(",")[0] for label in again} == {FORMING} | frames and len(again) == 4 * (RUNS - 1)
     assert not [label for label in asked() if ", rounding " in label]
 
@@ -218,7 +218,7 @@ def test_choice_of_table_scale_and_level(stored):
         stored(*arguments, "--quiet", pool=pool)
         return pool.asked
 
-    assert labels("--scale", "meso") == ["tensile-meso-v1-weft-quick", YARNS, f"{YARNS}-gripping"]
+    assert labels("--scale", "meso") == ["tensile-meso-v1-weft-quick", YARNS, f"{YARNS}-spin-friction"]
     assert sorted(labels("--table", "4", "--scale", "macro")) == [
         "cantilever-macro-v1-warp-quick", FORMING, "friction-macro-v1-warp-quick", "picture-frame-macro-v1-quick",
         TENSILE,
@@ -312,7 +312,7 @@ def test_a_case_runs_the_parameter_set_that_its_name_ends_with():
     frames = {case.name: case.trial().run for case in cases_of("quick") if case.name.startswith(YARNS)}
     assert {name: run.parameters for name, run in frames.items()} == {
         YARNS: "calibrated",
-        f"{YARNS}-gripping": "gripping",
+        f"{YARNS}-spin-friction": "spin-friction",
     }
     assert [run.fabric.contact.patch is None for run in frames.values()] == [True, False]
 

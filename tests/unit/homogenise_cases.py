@@ -62,7 +62,7 @@ def _of_cell(run, folder: Path) -> dict[str, float]:
     """Results of a path of a cell of the same material; its yarns are torn if the path goes so far."""
     rig = run.rig
     if rig.path == "bending":
-        return {"cell_bending_stiffness_n_mm": BENDING[rig.bent]}
+        return {"cell_bending_stiffness_n_mm": BENDING[rig.bent_yarns]}
     if rig.path == "shear":
         angle = np.linspace(0.0, rig.max_angle, 500)
         _write(folder, {"shear_angle_deg": angle, "conjugate_force": shear(angle)})

@@ -50,7 +50,7 @@ def test_a_cell_that_ends_sooner_gives_the_places_that_it_came_to():
         energies={"friction_mj": ones, "external_mj": ones},
     )  # fmt: skip
     for judged, places in ((2.5, [1, 10, 20]), (25.0, [10, 20])):  # of the whole path: from 1.0 and from 10.0 deg on
-        run = run_of("rig.max_angle=40", "rig.end_angle=21", f"rig.judged_from={judged}")
+        run = run_of("rig.max_angle=40", "rig.end_angle=21", f"rig.evaluated_from={judged}")
         found = Cell().results(run, SimpleNamespace(mount=None), history)
         forces = {name: value for name, value in found.items() if "shear" in name}
         assert forces == pytest.approx({f"cell_shear_n_per_mm_at_deg.{a}": 0.1 * a for a in places})
@@ -72,7 +72,7 @@ def test_stretches_go_along_their_yarns(kind, expected):
     path = path_of(run_of(f"rig.path={kind}", "rig.ratio=0.5"), REFERENCE)
     assert path.at[-1, [0, 4]] == pytest.approx(expected)
     assert path.free == {"warp": ("ax",), "weft": ("by",), "biaxial": ()}[kind]
-    assert path_of(run_of(f"rig.path={kind}", "rig.across=held"), REFERENCE).free == ()
+    assert path_of(run_of(f"rig.path={kind}", "rig.transverse=held"), REFERENCE).free == ()
 
 
 def test_rates_bring_the_lattice_to_the_end_of_its_path():
@@ -94,7 +94,7 @@ def test_lines_of_a_trellis_come_to_the_shorter_diagonal():
 
 def test_a_cell_keeps_images_as_far_as_its_yarns_are_said_to_slide():
     """Loops of 0.12 N mm2, sheared to 40 deg, came where images by the default way, two radii, ended."""
-    near, far = (Cell().prepare(run_of(f"rig.slide={slide}")).model for slide in (2, 4))
+    near, far = (Cell().prepare(run_of(f"rig.max_slip={slide}")).model for slide in (2, 4))
     assert far.images.ghost.size > near.images.ghost.size and far.owned.sum() == near.owned.sum()
 
 
@@ -121,7 +121,7 @@ def test_free_fabric_curls_to_where_it_has_no_moment():
 
 @pytest.mark.parametrize(("torn", "strain"), [("ends", 0.9), ("ends", 1.1), ("refused", 1.1)])
 def test_a_path_ends_where_a_yarn_comes_to_its_fracture_strain_if_it_may(torn, strain, monkeypatch):
-    run = run_of("rig.path=warp", f"rig.torn={torn}", "rig.max_strain=1.5")
+    run = run_of("rig.path=warp", f"rig.at_fracture={torn}", "rig.max_strain=1.5")
     monkeypatch.setattr(test, "record_row", lambda model: {})
     fracture = run.fabric.reinforcing.fracture_strain_fraction
     mesh = SimpleNamespace(part_names=("warp", "weft", "knit"), part=np.array([0, 1, 2]))
@@ -194,7 +194,8 @@ def test_a_path_that_tears_the_cell_names_the_number_that_would_do():
 def test_loops_of_a_cell_are_drawn_in_as_the_fabric_says():
     """All loops of the cell and of its images: none is at an edge."""
     plain, drawn = (
-        build_meso_cell(run, relaxed_cell(run.fabric), 1, 1) for run in (run_of(), run_of("fabric.knitting.draw_in=2"))
+        build_meso_cell(run, relaxed_cell(run.fabric), 1, 1)
+        for run in (run_of(), run_of("fabric.knitting.loop_shortening=2"))
     )
     knit = parts_of_nodes(drawn) == drawn.mesh.part_names.index("knit")
     shorter = plain.beams.inv_length / drawn.beams.inv_length

@@ -34,7 +34,7 @@ def test_the_crosshead_starts_at_the_speed_of_the_run(side):
 def test_it_ends_at_the_largest_angle_after_its_turns():
     rig = frame_rig("solver.speed=2", "rig.max_angle=20")
     assert rig.angle(rig.duration) == pytest.approx(radians(20.0), rel=1e-6)
-    turning = frame_rig("solver.speed=2", "rig.max_angle=30", "rig.turns=[20, 5]")
+    turning = frame_rig("solver.speed=2", "rig.max_angle=30", "rig.reversal_angles=[20, 5]")
     angles = np.array([turning.angle(t) for t in np.linspace(0.0, turning.duration, 400)])
     first = int(np.argmax(np.diff(angles) < 0.0))
     assert angles[first] == pytest.approx(radians(20.0), abs=0.002)
@@ -96,7 +96,7 @@ def test_cycles_end_where_they_began_and_stand_alone():
     assert np.interp(rig.duration, rig.shear.time, rig.shear.value) == 0.0  # at rest, as it began
     assert np.rad2deg(rig.angle(rig.duration)) == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match=r"cannot be combined with cycles"):
-        resolve(variant="1", test="picture-frame", sets=["rig.turns=[20, 5]", "rig.cycles=1"])
+        resolve(variant="1", test="picture-frame", sets=["rig.reversal_angles=[20, 5]", "rig.cycles=1"])
 
 
 @pytest.mark.parametrize("preset", ["quick", "standard", "paper"])
@@ -124,7 +124,7 @@ def test_a_run_without_an_end_takes_that_of_its_law(test: str) -> None:
     prepare(run)
 
 
-@pytest.mark.parametrize("stated", ["rig.max_angle=45", "rig.turns=[40, 10]"])
+@pytest.mark.parametrize("stated", ["rig.max_angle=45", "rig.reversal_angles=[40, 10]"])
 def test_a_stated_end_stays_and_is_refused(stated: str) -> None:
     run = frame(stated)
     assert end_with_shear_law(run) == (run, "")

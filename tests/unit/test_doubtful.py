@@ -21,7 +21,7 @@ def said(*sets: str, variant: str = "1", scale: str = "meso", **more: str) -> li
 
 @pytest.mark.parametrize(
     ("field", "value", "least"),
-    [(f"{SLACK}warp", 0.003, 0.02), (f"{SLACK}weft", 0.0199, 0.02), ("fabric.knitting.draw_in", 0.02, 0.1)],
+    [(f"{SLACK}warp", 0.003, 0.02), (f"{SLACK}weft", 0.0199, 0.02), ("fabric.knitting.loop_shortening", 0.02, 0.1)],
 )
 def test_a_slack_or_draw_in_that_is_next_to_none_is_named_with_what_to_write(field, value, least):
     assert said(f"{field}={value}") == [
@@ -37,7 +37,7 @@ def test_shells_have_no_slack_but_a_number_they_do_not_read():
 
 
 @pytest.mark.parametrize("fabric", sorted((configs_dir() / "fabrics").glob("pham*.yaml")), ids=lambda path: path.stem)
-@pytest.mark.parametrize("parameters", ["as-measured", "calibrated", "gripping"])
+@pytest.mark.parametrize("parameters", ["as-measured", "calibrated", "spin-friction"])
 def test_shipped_fabrics_have_nothing_doubtful(fabric, parameters):
     assert said(variant=fabric.stem, parameters=parameters) == []
 

@@ -137,7 +137,7 @@ def test_a_test_that_goes_on_after_a_failure_is_judged_to_its_end() -> None:
     assert judged(deep, run_of("tensile"), Span(to_failure=True)).penetration_over_radius_max == 0.0
 
 
-SETTLED = "fabric.knitting.draw_in=1"
+SETTLED = "fabric.knitting.loop_shortening=1"
 ELLIPSES = (
     "fabric.reinforcing.section={shape: ellipse, fibre_density: 1.53, packing: {warp: 0.9, weft: 0.9}, "
     "width_to_height: {warp: 1.5, weft: 1.5}}"
@@ -255,9 +255,11 @@ def test_shear_beyond_the_law_is_named_and_beyond_a_twentieth_refused(
 
 LOOSE = {
     "solver.max_kinetic_ratio": 100, "solver.max_energy_error": 2.1, "solver.max_penetration": 26,
-    "solver.max_overlap": 11, "solver.max_force_free": 11, "solver.max_added_mass": 6, "solver.max_damping": 5.1,
+    "solver.max_overlap": 11, "solver.max_force_free_overlap": 11,
+    "solver.max_added_mass": 6, "solver.max_damping": 5.1,
     "solver.max_contact_damping": 50, "solver.max_hourglass": 90,
-    "solver.max_beyond_law": 6, "solver.max_drag": 11, "rig.membrane_share": 0.01, "model.macro.self_contact": False,
+    "solver.max_law_extrapolation": 6, "solver.max_damping_force": 11,
+    "rig.membrane_share": 0.01, "model.macro.self_contact": False,
 }  # fmt: skip
 
 
@@ -301,7 +303,7 @@ def test_contact_or_loops_that_are_left_out_count_at_their_scale_only(field: str
 
 def test_stricter_limits_and_all_presets_are_no_looser() -> None:
     assert not relaxed_limits(
-        run_of("forming", "solver.max_kinetic_ratio=1", "solver.max_drag=9.9", "rig.membrane_share=0.06")
+        run_of("forming", "solver.max_kinetic_ratio=1", "solver.max_damping_force=9.9", "rig.membrane_share=0.06")
     )
     for test in ("tensile", "picture-frame", "cantilever", "friction", "forming"):
         for scale in ("macro", "meso"):

@@ -56,8 +56,8 @@ def test_paths_go_as_far_as_the_card_needs():
     yarn = runs["tensile weft"].fabric.reinforcing
     straight = (1.0 + yarn.crimp_fraction.weft) * (1.0 + yarn.fracture_strain_fraction) - 1.0
     assert runs["tensile weft"].rig.max_strain == pytest.approx(105.0 * straight, rel=1e-4)
-    assert runs["tensile weft"].rig.torn == "ends" and runs["tensile warp"].rig.path == "warp"
-    assert runs["picture-frame"].rig.max_angle == 42.5 and runs["cantilever weft"].rig.bent == "weft"
+    assert runs["tensile weft"].rig.at_fracture == "ends" and runs["tensile warp"].rig.path == "warp"
+    assert runs["picture-frame"].rig.max_angle == 42.5 and runs["cantilever weft"].rig.bent_yarns == "weft"
     assert {run.rig.wales for run in runs.values()} == {1}
     shorter = Request(variant="2", preset="quick", source="cell", sets=("picture-frame.rig.max_angle=30",))
     assert cell_run(shorter, PLANNED_TESTS[2]).rig.max_angle == 30.0
@@ -80,7 +80,7 @@ def test_shells_are_as_wide_as_whole_yarns_and_hang_as_the_card_says(tmp_path, m
     ("setting", "said"),
     [
         ("rig.path=shear", "tensile warp of a cell needs rig.path = warp: remove this setting"),
-        ("tensile.rig.torn=refused", "needs rig.torn = ends"),
+        ("tensile.rig.at_fracture=refused", "needs rig.at_fracture = ends"),
         ("variability.specimens=3", "all yarns of a cell are equal"),
         ("tensile.rig.gauge_length=50", "gauge_length"),
     ],

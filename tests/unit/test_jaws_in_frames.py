@@ -132,7 +132,7 @@ BETWEEN = {
 FRAMES = [
     (scale, more)
     for scale in ("macro", "meso")
-    for more in ((), ("rig.cycles=1", "rig.max_angle=30"), ("rig.frame_side=32",), ("rig.turns=[30,5]",))
+    for more in ((), ("rig.cycles=1", "rig.max_angle=30"), ("rig.frame_side=32",), ("rig.reversal_angles=[30,5]",))
 ]
 
 
@@ -173,7 +173,7 @@ def test_bars_join_the_hinges_and_carry_the_needles(scale: str, more: tuple[str,
 @pytest.mark.parametrize("direction", ["warp", "weft"])
 @pytest.mark.parametrize("clamped", ["sides", "far"])
 def test_clamps_of_a_pull_out_hold_the_piece_and_draw_the_inlay(clamped: str, direction: str) -> None:
-    run = resolved("pull-out", *SIZES["pull-out"], f"rig.clamped={clamped}", scale="meso", direction=direction)
+    run = resolved("pull-out", *SIZES["pull-out"], f"rig.clamped_edges={clamped}", scale="meso", direction=direction)
     specimen, (pulled, held) = driven(run)
     bodies, frames = bodies_of(run, specimen), specimen.history.frames
     axis, first = (1 if direction == "warp" else 0), frames[0].position

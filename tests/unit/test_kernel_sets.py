@@ -42,7 +42,7 @@ def test_kernels_are_compiled_for_what_a_run_uses(run: Run, needed: str) -> None
 
 
 def test_a_fabric_that_settles_needs_those_of_its_cell_first() -> None:
-    assert kernels_of(_run("tensile", "meso", "fabric.knitting.draw_in=0.2")) == ("meso-periodic", "meso")
+    assert kernels_of(_run("tensile", "meso", "fabric.knitting.loop_shortening=0.2")) == ("meso-periodic", "meso")
 
 
 @pytest.mark.parametrize("name", sorted(kinds()))

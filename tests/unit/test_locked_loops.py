@@ -18,7 +18,7 @@ def at(draw_in: float, jams: float, restless: float) -> SimpleNamespace:
 
 
 def run_of(draw_in: float) -> Run:
-    return resolve(variant="1", test="cell", preset="quick", sets=[f"fabric.knitting.draw_in={draw_in}"])
+    return resolve(variant="1", test="cell", preset="quick", sets=[f"fabric.knitting.loop_shortening={draw_in}"])
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_a_length_without_a_stated_scatter_is_refused():
 
 def test_the_fabric_is_settled_and_each_held_course_has_its_own_length_at_rest():
     """A course of loops longer by 2 %, drawn in by 1 %, rests 0.99 x 1.02 as long as it lies; cut edges do not."""
-    run = run_of(SCATTERED, "fabric.knitting.draw_in=1")
+    run = run_of(SCATTERED, "fabric.knitting.loop_shortening=1")
     assert run_of(SCATTERED).fabric.knitting.starts_relaxed and not run_of().fabric.knitting.starts_relaxed
     relaxed_cell(run.fabric)
     piece = cut_piece(run, 4, 5)

@@ -248,7 +248,7 @@ def test_yarns_that_reach_where_no_image_is_are_named():
     """With images of the next nodes alone, the yarn across has none where it will touch; by default it has."""
     assert missing_image(model_of(wavy())) == ""
     model = PeriodicBody.of_cell(wavy(), [A, B], CONTACT, ("a", "b"), halo=0.0).cell
-    assert "; increase rig.slide" in missing_image(model) and "rig.slide" in model.diagnose(DT)
+    assert "; increase rig.max_slip" in missing_image(model) and "rig.max_slip" in model.diagnose(DT)
 
 
 @pytest.mark.parametrize(("shrink", "slide"), [(0.5, 2.0), (1.0, 2.0), (1.0, 9.0)])

@@ -80,7 +80,7 @@ def paths(n_wales: int = 6, n_courses: int = 6) -> list[YarnPath]:
 @pytest.mark.parametrize("direction", ["warp", "weft"])
 @pytest.mark.parametrize("clamped", ["sides", "far"])
 def test_clamps_hold_the_piece_but_not_the_inlay(direction, clamped):
-    run, size = quick(f"rig.clamped={clamped}", direction=direction), (600.0 / 28.0, 600.0 / 28.0)
+    run, size = quick(f"rig.clamped_edges={clamped}", direction=direction), (600.0 / 28.0, 600.0 / 28.0)
     nodes = nodes_of(run, paths(), size)
     order = ["warp", "weft", "knit"]
     points = np.concatenate([p.points for p in sorted(paths(), key=lambda p: (order.index(p.system), p.index))])
@@ -171,8 +171,8 @@ def test_rows_are_those_of_a_run_of_the_same_piece(mine):
         ),
         (("rig.length=50",), [name for name in UNITS if name != "pull_out_sliding_n"],
          r"mean over 5 pitches, in the run over 2: .*--set rig\.travel=18\.9"),
-        (("rig.length=50", "rig.travel=19", "rig.clamped=far"), [],
-         "both sides clamped, in the run the far end clamped: .*--set rig.clamped=sides"),
+        (("rig.length=50", "rig.travel=19", "rig.clamped_edges=far"), [],
+         "both sides clamped, in the run the far end clamped: .*--set rig.clamped_edges=sides"),
         (("rig.length=50", "rig.travel=19", "fabric.warp_density=24"), [],
          "28 crossing yarns per 100 mm, in the run 24: another fabric"),
     ],

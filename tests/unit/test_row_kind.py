@@ -194,15 +194,15 @@ def test_a_pull_out_names_what_moves_its_forces():
         "contact.friction_coefficient",
     )  # fmt: skip
     assert {"warp_density", "weft_density", "loop_length"} < set(deciding_fields(run))
-    shorter = run_of("pull-out", "1", "meso", "fabric.knitting.draw_in=1", direction="weft")
-    assert set(deciding_fields(shorter)) - set(deciding_fields(run)) == {"knitting.draw_in"}
+    shorter = run_of("pull-out", "1", "meso", "fabric.knitting.loop_shortening=1", direction="weft")
+    assert set(deciding_fields(shorter)) - set(deciding_fields(run)) == {"knitting.loop_shortening"}
 
 
 @pytest.mark.parametrize("test", ["picture-frame", "bias-extension", "cell"])
 def test_a_test_of_shear_names_patches_that_are_assumed_where_the_fabric_has_them(test):
     """Crossings that resist spin over a patch that nobody measured."""
     patches = [f"contact.patch.radius.{kind}" for kind in ("inlay_inlay", "inlay_loop", "loop_loop")]
-    for parameters, named in (("calibrated", []), ("gripping", patches)):
+    for parameters, named in (("calibrated", []), ("spin-friction", patches)):
         found = assumed_inputs(run_of(test, "1", "meso", parameters=parameters))
         assert [field for field in found if "patch" in field] == named
 

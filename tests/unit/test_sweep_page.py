@@ -21,7 +21,7 @@ SWEEP = """
 base: {variant: 1, scale: macro, preset: quick, direction: warp}
 grid: {rig.width: [20, 30, 40, 50]}
 """
-DRAW_IN = "fabric.knitting.draw_in"
+DRAW_IN = "fabric.knitting.loop_shortening"
 REFUSED = "kinetic energy over work 9 % is above 5 %"
 
 

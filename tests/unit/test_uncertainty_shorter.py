@@ -16,7 +16,7 @@ from knittest.studies.uncertainty.problem import problem_of
 
 RESULT = Path("runs/uncertainty-u")
 FRICTION = "fabric.contact.friction_coefficient"
-ENDS = "shorter: {rig.end_angle: [31, 21, 11]}\n"
+ENDS = "shorter_ends: {rig.end_angle: [31, 21, 11]}\n"
 REST = "rest: {result: cell_thickness_at_rest_mm, any_end: true}\n  end: {result: cell_thickness_mm}"
 FULL = (
     STUDY.replace("picture-frame", "cell")
@@ -249,7 +249,7 @@ def test_numbers_of_failed_ones_that_all_come_shorter_end_with_3_still(tmp_path,
     ],
 )  # fmt: skip
 def test_ends_that_are_none_are_refused_where_they_stand(ends_, said):
-    assert said in refusal(FULL + f"shorter: {{{ends_}}}\n")
+    assert said in refusal(FULL + f"shorter_ends: {{{ends_}}}\n")
 
 
 def refusal(text: str) -> str:
@@ -268,7 +268,7 @@ def test_ends_are_refused_that_give_nothing_are_drawn_or_belong_to_no_such_test(
     assert problem_of(parse_document(just, "u.yaml")).shorter.values == (31.0, 20.5)
     drawn = "parameters:\n  rig.end_angle: {low: 20, high: 40, reason: a reason of some length}\n"
     assert "is also one of the parameters" in refusal(SHORTER.replace("parameters:\n", drawn))
-    frame = STUDY + "shorter: {rig.max_angle: [21]}\n"
+    frame = STUDY + "shorter_ends: {rig.max_angle: [21]}\n"
     assert "does not end this test (picture-frame) sooner: the test has results only at its end" in refusal(frame)
     placed = SHORTER.replace("[10, 20, 30, 40],", "[10, 20, 30, 40], any_end: true,")
     assert "quantities.force.any_end" in refusal(placed)

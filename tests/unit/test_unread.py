@@ -52,7 +52,7 @@ def test_a_copy_with_sets_of_its_own_is_compared_with_what_is_shipped(tmp_path):
     text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text()
     path = tmp_path / "copy.yaml"
     path.write_text(
-        text.replace("  gripping:", "  mine:").replace("warp_density: {value: 28", "warp_density: {value: 26")
+        text.replace("  spin-friction:", "  mine:").replace("warp_density: {value: 28", "warp_density: {value: 26")
     )
     own = {"variant": None, "fabric": path}
     assert "fabric.warp_density" in note(**own, parameters="mine")

@@ -1,4 +1,4 @@
-"""The set gripping: what it states, its tables beside calibrated, and that no stored run of them is stale."""
+"""The set spin-friction: what it states, its tables beside calibrated, and that no stored run of them is stale."""
 
 from math import sqrt
 
@@ -24,23 +24,23 @@ def stored(parameters, results, test="tensile", variant="1", direction="warp", s
 
 
 def both(old, new, **more):
-    return [stored("calibrated", old, **more), stored("gripping", new, **more)]
+    return [stored("calibrated", old, **more), stored("spin-friction", new, **more)]
 
 
 @pytest.mark.parametrize("variant", ["1", "2"])
 @pytest.mark.parametrize(
     ("scale", "differs"), [("meso", "fabric.contact.patch"), ("macro", "fabric.macro.shear.curve")]
 )
-def test_gripping_is_calibrated_with_patches_and_nothing_else(variant, scale, differs):
+def test_spin_friction_is_calibrated_with_patches_and_nothing_else(variant, scale, differs):
     """Yarns differ in the patches alone, shells in the law that they take from such yarns; the default has no patch."""
-    old, new = (inputs_of(_config(variant, parameters, scale)) for parameters in ("calibrated", "gripping"))
+    old, new = (inputs_of(_config(variant, parameters, scale)) for parameters in ("calibrated", "spin-friction"))
     differing = {path for path in old.keys() | new.keys() if old.get(path) != new.get(path)}
     assert differing and all(path.startswith(differs) for path in differing)
     assert resolve(variant=variant).parameters == "calibrated" and old.get("fabric.contact.patch") is None
 
 
 @pytest.mark.parametrize("variant", ["1", "2"])
-@pytest.mark.parametrize("parameters", ["calibrated", "gripping"])
+@pytest.mark.parametrize("parameters", ["calibrated", "spin-friction"])
 def test_the_law_of_shells_is_that_of_frames_of_the_same_yarns(variant, parameters):
     """The head of the law states what the fabric states now, with the same sources."""
     shells, yarns = (resolve(variant=variant, scale=scale, parameters=parameters).fabric for scale in ("macro", "meso"))
@@ -66,7 +66,7 @@ def _config(variant, parameters, scale):
 @pytest.mark.parametrize("variant", ["1", "2"])
 def test_patches_are_as_wide_as_the_circles_that_touch_and_say_that_they_are_assumed(variant):
     """And yarns as soft as the file says reach them under the force of a crossing at rest, stiffer ones do not."""
-    fabric = resolve(variant=variant, scale="meso", parameters="gripping").fabric
+    fabric = resolve(variant=variant, scale="meso", parameters="spin-friction").fabric
     inlay, loop = 0.5 * fabric.reinforcing.beam_diameter_mm, 0.5 * fabric.knitting.beam_diameter_mm
     radius = fabric.contact.patch.radius
     kinds = ((radius.inlay_inlay, inlay, inlay, 0.47), (radius.inlay_loop, inlay, loop, 0.72),
@@ -119,7 +119,7 @@ def test_shear_is_judged_by_variant_2_over_variant_1():
 
 
 def test_a_run_of_one_set_alone_is_refused():
-    with pytest.raises(ValueError, match="with one of calibrated, gripping only"):
+    with pytest.raises(ValueError, match="with one of calibrated, spin-friction only"):
         list(pairs(both({}, {})[1:], "tensile"))
 
 

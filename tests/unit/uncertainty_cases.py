@@ -15,7 +15,7 @@ base: {test: picture-frame, scale: meso, preset: quick, parameters: calibrated, 
 fabrics:
   V1: {variant: 1}
   V2: {variant: 2}
-differ: [fabric.loop_length, fabric.weft_density, fabric.area_mass, fabric.thickness, fabric.reinforcing]
+differing_fields: [fabric.loop_length, fabric.weft_density, fabric.area_mass, fabric.thickness, fabric.reinforcing]
 parameters:
   fabric.contact.friction_coefficient: {low: 0.1, high: 0.5, reason: glass on carbon as handbooks have it}
   fabric.knitting.degree_of_set: {low: 0.5, high: 1.0, reason: loops of a knit that was never heat-set}

@@ -38,7 +38,9 @@ def test_a_sheared_cell_reports_work_mechanisms_and_crossings() -> None:
 def test_a_cell_that_ends_sooner_is_the_same_cell_up_to_there_and_is_judged_from_the_same_angle() -> None:
     found = []
     for sets in ([], ["rig.end_angle=2"]):
-        run, prepared, history, cost, test = solved("rig.max_angle=4", "rig.judged_from=25", "output.samples=60", *sets)
+        run, prepared, history, cost, test = solved(
+            "rig.max_angle=4", "rig.evaluated_from=25", "output.samples=60", *sets
+        )
         quality = test.assess(run, prepared, history, cost)
         found.append((history, test.results(run, prepared, history), quality, checked_span(run, history)))
     (whole, numbers, _, span), (half, same, quality, own) = found
@@ -73,6 +75,6 @@ def test_the_curl_of_the_free_fabric_is_no_stiffness() -> None:
 
 
 def test_yarns_that_would_break_on_the_way_end_the_path_with_a_number() -> None:
-    weak = ["rig.path=warp", "rig.across=held", "fabric.reinforcing.fracture_strain=0.2", "rig.max_strain=0.95"]
+    weak = ["rig.path=warp", "rig.transverse=held", "fabric.reinforcing.fracture_strain=0.2", "rig.max_strain=0.95"]
     with pytest.raises(InputError, match=r"whose fracture strain is 0.20 %; use --set rig\.max_strain=0\.\d+"):
         solved(*weak, "output.samples=60")

@@ -127,7 +127,9 @@ def test_a_cycle_in_the_frame_is_a_loop_and_the_energies_balance():
     """0 - 30 - 0 - 40 deg in the frame: the loop of the crosshead force is what the run books as friction, up to its
     last loading, and energy error and kinetic energy stay below their limits.
     """
-    found = run_specimen(frame("rig.turns=[30, 0]", "rig.max_angle=40", "fabric.macro.shear.friction_share=0.5"))
+    found = run_specimen(
+        frame("rig.reversal_angles=[30, 0]", "rig.max_angle=40", "fabric.macro.shear.friction_share=0.5")
+    )
     curve, energies = found.history.curve, found.history.energies
     degrees = curve["frame_shear_angle_deg"]
     turned = int(np.argmax(degrees))
@@ -200,8 +202,8 @@ def test_bad_shear_curves_are_refused(given, says):
     [
         ("rig.max_angle=50", "shear law .macro.shear. ends at 46 deg"),
         ("rig.frame_side=40", "at least the side of the square"),
-        ("rig.turns=[5, 30]", "alternate between loading and unloading"),
-        ("rig.turns=[60, 30]", "between 0 and max_angle"),
+        ("rig.reversal_angles=[5, 30]", "alternate between loading and unloading"),
+        ("rig.reversal_angles=[60, 30]", "between 0 and max_angle"),
         ("fabric.macro.shear.points=[[0, 0], [20, 1], [10, 2]]", "must rise strictly"),
         ("fabric.macro.shear.points=[[5, 0], [20, 1]]", "the first .0, 0"),
         ("fabric.macro.shear.source=null", "origin of the table"),

@@ -66,7 +66,7 @@ def square(*sets: str) -> YarnModel:
 
 def test_only_loops_that_others_hold_are_drawn_in():
     """Not in courses at the cut edges, nor the first and last loop of a course; inlays never."""
-    model, share = square("fabric.knitting.draw_in=2"), 0.02
+    model, share = square("fabric.knitting.loop_shortening=2"), 0.02
     strain = axial_state(model.nodes, model.parts, model.beams)[0][model.element_node]
     drawn = strain > 1e-9
     assert strain[drawn] == pytest.approx(share / (1.0 - share), rel=1e-9)
@@ -85,7 +85,7 @@ def test_without_a_draw_in_nothing_is_drawn_in_or_pressed():
 
 def test_a_settled_frame_presses_from_the_start_and_its_settling_is_no_work():
     """Loops are under tension and no overlap is free of force; energies count from the rest, and balance."""
-    sets = ["rig.side=22", "rig.max_angle=4", "fabric.knitting.draw_in=1", "output.samples=60"]
+    sets = ["rig.side=22", "rig.max_angle=4", "fabric.knitting.loop_shortening=1", "output.samples=60"]
     found = run_specimen(resolve(variant="1", scale="meso", preset="quick", test="picture-frame", sets=sets)).history
     knit = found.mesh.part == 2
     assert 0.05 < found.frames[0].fields["axial_force"][knit].mean() < 0.5

@@ -101,21 +101,21 @@ class CellRig(Rig):
     max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50, band=(0.05, 50))
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     ratio: float = number(1.0, "1", "biaxial: mean strain of the weft over that of the warp", ge=0, le=10)
-    across: Literal["free", "held"] = Field(
+    transverse: Literal["free", "held"] = Field(
         "free", description="warp, weft: the other direction carries no mean stress, or keeps its mean length"
     )
-    torn: Literal["refused", "ends"] = Field(
+    at_fracture: Literal["refused", "ends"] = Field(
         "refused", description="warp, weft, biaxial, steps: where a yarn comes to its fracture strain the path is "
         "refused, or ends",
     )  # fmt: skip
-    bent: Literal["warp", "weft"] = Field("warp", description="bending: the yarns that are bent")
+    bent_yarns: Literal["warp", "weft"] = Field("warp", description="bending: the yarns that are bent")
     max_curvature: float = number(0.05, "1/mm", "bending: largest mean curvature, hollow on the face", gt=0, le=0.3)
     max_pressure: float = number(1000.0, "kPa", "compaction: largest pressure of the plates", gt=0, le=10000)
-    judged_from: float = number(
+    evaluated_from: float = number(
         2.5, "%", "share of the path from which energies are judged and results given; not of bending", ge=0, le=25
     )
-    judged_from_fraction: ClassVar[Kernel[float]] = Kernel("judged_from")
-    slide: float = number(
+    evaluated_from_fraction: ClassVar[Kernel[float]] = Kernel("evaluated_from")
+    max_slip: float = number(
         2.0, "1", "way that yarns may slide past each other before images of the cell are missing, over the largest "
         "radius", ge=0, le=20,
     )  # fmt: skip
@@ -155,7 +155,7 @@ class CellRig(Rig):
     @property
     def about(self) -> str:
         """System that is bent, empty if none is."""
-        return self.bent if self.path == "bending" else ""
+        return self.bent_yarns if self.path == "bending" else ""
 
 
 class CellRun(Run):

@@ -82,7 +82,7 @@ def path_of(run: CellRun, reference: Array) -> CellPath:
     share = {"warp": (0.0, 1.0), "weft": (1.0, 0.0), "biaxial": (rig.ratio, 1.0)}[rig.path]
     for q, part in zip((0, 4), share, strict=True):
         flat[:, q] *= 1.0 + rig.max_strain_fraction * part / max(share) * s
-    other = {"warp": ("ax",), "weft": ("by",)}.get(rig.path, ()) if rig.across == "free" else ()
+    other = {"warp": ("ax",), "weft": ("by",)}.get(rig.path, ()) if rig.transverse == "free" else ()
     return CellPath("strain_pct", rig.max_strain_fraction, 100.0, flat, other)
 
 

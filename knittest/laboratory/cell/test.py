@@ -128,7 +128,7 @@ class Recorder:
             of = self.model.mesh.part == k
             if of.any() and (largest := float(strain[of].max())) > self.fracture[name]:
                 self.mount.torn = True
-                if self.run.rig.torn == "ends":
+                if self.run.rig.at_fracture == "ends":
                     return
                 # yarns grow stiffer: a path of this share of the present one strains them by less than to fracture
                 would_do = max(self.reached, RECOMMENDED_SHARE * fraction * self.fracture[name] / largest)
@@ -172,7 +172,7 @@ class Cell(FabricTest[CellRun]):
         rig, yarn = run.rig, run.fabric.reinforcing
         for system in ("warp", "weft"):
             share = {"warp": 1.0, "weft": rig.ratio}[system] / max(1.0, rig.ratio) if rig.path == "biaxial" else 1.0
-            if rig.torn == "ends" or rig.path not in (system, "biaxial") or share == 0.0:
+            if rig.at_fracture == "ends" or rig.path not in (system, "biaxial") or share == 0.0:
                 continue
             most = (1.0 + yarn.crimp_fraction.of(system)) * (1.0 + yarn.fracture_strain_fraction) - 1.0
             if rig.max_strain_fraction * share > most:
@@ -186,7 +186,7 @@ class Cell(FabricTest[CellRun]):
         observer.phase("generating the yarns")
         cell, rig = relaxed_cell(run.fabric), run.rig
         shrink = path_of(run, lattice_of(cell, rig.wales, rig.courses)).shrink
-        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about, rig.slide)
+        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about, rig.max_slip)
         return PreparedSpecimen(model, CellTest(run, model), facts={"area_mm2": model.area})
 
     def solve(self, prepared: PreparedSpecimen, run: CellRun, observer: Observer) -> tuple[History, SimulationCost]:
@@ -200,7 +200,7 @@ class Cell(FabricTest[CellRun]):
             if not rest.converged:
                 raise NumericalError(
                     f"no equilibrium of the cell with free lattice numbers {' and '.join(mount.path.free)}: residual "
-                    f"{rest.residual:.2g} after {rest.steps} steps; use --set rig.across=held"
+                    f"{rest.residual:.2g} after {rest.steps} steps; use --set rig.transverse=held"
                 )
         recorder = cast(Observer, Recorder(run, mount, observer))
         history, cost = simulate(mount.model, mount, run.solver, run.output, recorder)
@@ -225,7 +225,7 @@ class Cell(FabricTest[CellRun]):
         if run.rig.path == "shear":
             angle, force = curve["shear_angle_deg"], curve["conjugate_force"]
             for a in ANGLES:
-                if run.rig.judged_from_fraction * run.rig.max_angle <= a <= min(run.rig.last_angle, angle.max()):
+                if run.rig.evaluated_from_fraction * run.rig.max_angle <= a <= min(run.rig.last_angle, angle.max()):
                     found[f"cell_shear_n_per_mm_at_deg.{a:g}"] = float(force[np.abs(angle - a) < NEAR].mean())
         elif run.rig.path == "bending":
             found["cell_moment_n"] = float(curve["moment_n"][-1])
@@ -256,7 +256,7 @@ def checked_span(run: CellRun, history: History) -> Span:
     """Return the span of the path without its beginning; of bending all of it."""
     if run.rig.path == "bending":
         return Span()
-    return Span.from_value(history, "path_pct", 100.0 * run.rig.judged_from_fraction)
+    return Span.from_value(history, "path_pct", 100.0 * run.rig.evaluated_from_fraction)
 
 
 def secant(x: Array, y: Array) -> float:

@@ -54,7 +54,7 @@ class FormingTest(TestRig):
             holder, card = self._set_friction(self.tools.holder.tool), self.rig.holder
             holder.motion[2], holder.load[2] = FREE, boundary.table(ramp(PRESS, -self.holder_force))
             holder.mass = float(boundary.model.mass.sum()) if card.mass_g is None else card.mass_g
-            holder.drag = card.drag_per_ms
+            holder.drag = card.damping_rate_per_ms
             boundary.add_tool(holder)
         if self.floor is not None:
             boundary.add_tool(self._set_friction(plane((0.0, 0.0, self.floor), (0.0, 0.0, 1.0))))

@@ -26,7 +26,7 @@ class PictureFrameRig(Rig):
     )  # fmt: skip
     frame_side_mm: ClassVar[Kernel[float | None]] = Kernel("frame_side")
     max_angle: float = number(45.0, "deg", "end of the test: shear angle of the frame", gt=0, le=80)
-    turns: list[float] = Field(
+    reversal_angles: list[float] = Field(
         default_factory=list,
         description="shear angles [deg] at which the frame turns on its way: [30, 5] shears to 30, back to 5, and on",
     )
@@ -50,13 +50,15 @@ class PictureFrameRig(Rig):
     def _frame_can_move(self) -> Self:
         if self.frame_side is not None and self.frame_side < self.side:
             raise BoundsError(f"must be at least the side of the square, {self.side:g} mm", "frame_side")
-        if self.turns and self.cycles:
-            raise BoundsError("cannot be combined with cycles: leave out one of both", "turns")
-        ways = [b - a for a, b in pairwise([0.0, *self.turns, self.max_angle])]
+        if self.reversal_angles and self.cycles:
+            raise BoundsError("cannot be combined with cycles: leave out one of both", "reversal_angles")
+        ways = [b - a for a, b in pairwise([0.0, *self.reversal_angles, self.max_angle])]
         if any(way == 0.0 or (way > 0.0) != (k % 2 == 0) for k, way in enumerate(ways)):
-            raise BoundsError("must alternate between loading and unloading, and end by loading to max_angle", "turns")
-        if not all(0.0 <= angle <= self.max_angle for angle in self.turns):
-            raise BoundsError(f"must lie between 0 and max_angle, {self.max_angle:g} deg", "turns")
+            raise BoundsError(
+                "must alternate between loading and unloading, and end by loading to max_angle", "reversal_angles"
+            )
+        if not all(0.0 <= angle <= self.max_angle for angle in self.reversal_angles):
+            raise BoundsError(f"must lie between 0 and max_angle, {self.max_angle:g} deg", "reversal_angles")
         return self
 
     @property
@@ -67,7 +69,7 @@ class PictureFrameRig(Rig):
     @property
     def stops(self) -> list[float]:
         """Shear angles [deg] at which the frame turns, or ends."""
-        return [self.max_angle, 0.0] * self.cycles if self.cycles else [*self.turns, self.max_angle]
+        return [self.max_angle, 0.0] * self.cycles if self.cycles else [*self.reversal_angles, self.max_angle]
 
 
 class PictureFrameRun(Run):

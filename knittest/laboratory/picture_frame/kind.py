@@ -69,10 +69,12 @@ KIND = TestKind(
     regression=Regression(
         runs=(
             RegressionRuns(3, "quick", "meso", "quick", SHEETS, ("rig.side=20",), "20mm", enlarges=True),
-            RegressionRuns(3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "gripping", True),
+            RegressionRuns(
+                3, "quick", "meso", "quick", (("1", None),), ("rig.side=20",), "20mm", "spin-friction", True
+            ),
             RegressionRuns(4, "quick", "macro", "quick", SHEETS, enlarges=True),
             RegressionRuns(1, "full", "meso", "paper", (("1", None),)),
-            RegressionRuns(3, "full", "meso", "quick", (("1", None), ("2", None)), _SLOW, "50mm", "gripping"),
+            RegressionRuns(3, "full", "meso", "quick", (("1", None), ("2", None)), _SLOW, "50mm", "spin-friction"),
             RegressionRuns(5, "full", "macro", "paper", (("1", None),), enlarges=True),
         ),
         drift={"meso": (0.01, 0.03, 0.03)},

@@ -36,7 +36,7 @@ KNOTS = 2000
 
 
 class PictureFrameTest(TestRig):
-    """Shear all ``held`` nodes with the frame, forth and back between the angles of ``rig.turns``."""
+    """Shear all ``held`` nodes with the frame, forth and back between the angles of ``rig.reversal_angles``."""
 
     coordinate, force = "frame_shear_angle_deg", "shear_force_n"
     locks = True

@@ -96,7 +96,7 @@ def deciding_numbers(fabric: Fabric) -> dict[str, Quantity]:
         "bending stiffness of the loops [N mm2]": loops.bending_stiffness,
         "torsion of the loops over their bending": loops.torsion_ratio,
         "degree of set of the loops": loops.degree_of_set,
-        "draw-in of the loops [%]": loops.draw_in,
+        "loop shortening [%]": loops.loop_shortening,
         "tension of the loops [N]": loops.tension,
     }
     if contact.patch and (radius := contact.patch.radius):

@@ -22,7 +22,7 @@ class PullOutRig(StripRig):
     length_mm: ClassVar[Kernel[float]] = Kernel("length")
     travel: float = number(10.0, "mm", "way of the inlay's clamp", gt=0, band=(0.5, 400))
     travel_mm: ClassVar[Kernel[float]] = Kernel("travel")
-    clamped: Literal["sides", "far"] = Field(
+    clamped_edges: Literal["sides", "far"] = Field(
         "sides",
         description="edges of the piece that are clamped, a pitch wide: both sides along the inlay, or the far end, "
         "where the inlay is cut loose",
@@ -53,5 +53,5 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
 def size_texts(run: PullOutRun) -> tuple[str, ...]:
     """Size of the piece, where it is clamped and how far the inlay is pulled, in words."""
     rig = run.rig
-    where = "both sides" if rig.clamped == "sides" else "its far end"
+    where = "both sides" if rig.clamped_edges == "sides" else "its far end"
     return f"piece {rig.length:g} x {rig.width:g} mm", f"clamped at {where}", f"inlay pulled by {rig.travel:g} mm"

@@ -38,8 +38,8 @@ KIND = TestKind(
     # by their powers in the forces: docs/identify.md, where crimp and the inlays' own stiffness have hardly any
     deciding={
         "meso": (
-            "warp_density", "weft_density", *LOOPS, "knitting.torsion_ratio", "knitting.draw_in", "knitting.tension",
-            "reinforcing.beam_diameter", "contact.friction_coefficient",
+            "warp_density", "weft_density", *LOOPS, "knitting.torsion_ratio", "knitting.loop_shortening",
+            "knitting.tension", "reinforcing.beam_diameter", "contact.friction_coefficient",
         ),
     },
     hinges={"membrane_share": -1},

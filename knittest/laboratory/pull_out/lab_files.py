@@ -26,7 +26,7 @@ HEADS = {
     EACH: "a crossing, sliding [N]",
 }  # fmt: skip
 UNITS = dict.fromkeys(HEADS, "N")
-#: number of clamped edges, and what they are called, by ``rig.clamped``
+#: number of clamped edges, and what they are called, by ``rig.clamped_edges``
 EDGES = {"sides": 2.0, "far": 1.0}
 WORDS = {"sides": "both sides clamped", "far": "the far end clamped"}
 #: friction of a crossing [N], from a fine yarn in a loose knit to a tow that is sewn in

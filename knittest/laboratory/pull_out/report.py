@@ -57,9 +57,11 @@ def piece_mismatch(run: PullOutRun, tested: Conditions) -> str:
     edges, density = tested.clamped_edges, tested.crossing_density_per_100_mm
     if edges is None or density is None or tested.embedded_length_mm is None:
         return "unknown embedded length, crossing yarns or clamped edges; knittest data import writes them"
-    if edges != EDGES[run.rig.clamped]:
+    if edges != EDGES[run.rig.clamped_edges]:
         other = next((name for name, number in EDGES.items() if number == edges), "sides")
-        return f"{WORDS[other]}, in the run {WORDS[run.rig.clamped]}: compare with --set rig.clamped={other}"
+        return (
+            f"{WORDS[other]}, in the run {WORDS[run.rig.clamped_edges]}: compare with --set rig.clamped_edges={other}"
+        )
     own = 100.0 / pitch(run, run.rig.direction)
     if abs(density - own) > SERIES * own:
         return f"{density:g} crossing yarns per 100 mm, in the run {own:.3g}: another fabric"
@@ -139,7 +141,7 @@ class PullOutReport(SizeFreeReport[PullOutRun], FabricReport[PullOutRun]):
 
     def placed(self, run: PullOutRun, specimen: Specimen) -> list[Body]:
         """The clamps of the piece, and that of the inlay."""
-        return clamps(specimen.history, specimen.facts, AXIS[run.rig.direction], run.rig.clamped == "sides")
+        return clamps(specimen.history, specimen.facts, AXIS[run.rig.direction], run.rig.clamped_edges == "sides")
 
     def draw_curve(self, run: PullOutRun, specimens: list[Specimen], references: References, path: Path) -> None:
         """Draw the force, and the friction of equal crossings over the embedded length."""

@@ -54,7 +54,7 @@ def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) 
     chain = next(k for k, p in enumerate(ordered) if (p.system, p.index) == (direction, own))
     points = np.concatenate([p.points for p in ordered])
     along, across = points[:, axis], points[:, 1 - axis]
-    if run.rig.clamped == "sides":
+    if run.rig.clamped_edges == "sides":
         edge = pitch(run, "weft" if direction == "warp" else "warp")
         gripped = (across <= edge) | (across >= size[1 - axis] - edge)
     else:

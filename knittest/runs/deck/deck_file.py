@@ -73,8 +73,10 @@ def _yarn_differences(run: Run, model: YarnModel) -> list[str]:
     card = run.fabric.knitting
     if model.prestressed and card.degree_of_set.value < 1.0:
         found.append(f"degree of set of the loops: 1, not {card.degree_of_set.value:g} as in the model")
-    if card.draw_in_fraction:
-        found.append(f"loop shortening of {100 * card.draw_in_fraction:g} %, with its initial tension: left out")
+    if card.loop_shortening_fraction:
+        found.append(
+            f"loop shortening of {100 * card.loop_shortening_fraction:g} %, with its initial tension: left out"
+        )
     if card.loop_scatter != "none":
         found.append("scatter of the loop length between courses: left out")
     if model.pressed:
@@ -108,8 +110,8 @@ def _tool_differences(rig: FormingTest) -> list[str]:
         "weight: constant forces on nodes; contact: one thickness for each part",
     ]
     if rig.tools.holder is not None:
-        drag = rig.rig.holder.drag_per_ms
-        found.append(f"holder: damped like all nodes, not by its drag of {drag:g} / ms")
+        drag = rig.rig.holder.damping_rate_per_ms
+        found.append(f"holder: damped like all nodes, not by its damping rate of {drag:g} / ms")
     return found
 
 

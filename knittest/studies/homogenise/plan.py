@@ -207,7 +207,7 @@ def cell_macro_run(
 
 def _path_settings(piece: PlannedTest) -> dict[str, object]:
     if piece.kind == "tensile":
-        return {"rig.path": piece.direction, "rig.torn": "ends"}
+        return {"rig.path": piece.direction, "rig.at_fracture": "ends"}
     if piece.kind == "cantilever":
-        return {"rig.path": "bending", "rig.bent": piece.direction}
+        return {"rig.path": "bending", "rig.bent_yarns": piece.direction}
     return {"rig.path": "shear"}

@@ -24,7 +24,7 @@ from knittest.studies.uncertainty.runs import PlannedRun, add_shorter_attempts, 
 
 #: fields that may change between two calls in one folder: runs to the full end stay the same, and the shorter runs
 #: that count follow from all that the folder has
-CHANGEABLE_FIELDS = ("workers", "time_limit", "quantities", "statements", "shorter")
+CHANGEABLE_FIELDS = ("workers", "time_limit", "quantities", "statements", "shorter_ends")
 
 
 def run_uncertainty(path: Path, options: StudyOptions) -> StudyResult:

@@ -44,7 +44,7 @@ def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Doc
     names = dict.fromkeys(name for one in flat for name in one if not name.startswith(unused))
     values = {name: [one.get(name) for one in flat] for name in names}
     found = {name: several for name, several in values.items() if any(value != several[0] for value in several)}
-    allowed = [tuple(name.split(".")) for name in study.differ]
+    allowed = [tuple(name.split(".")) for name in study.differing_fields]
     more = [name for name in found if not any(tuple(name.split("."))[: len(one)] == one for one in allowed)]
     if more:
         name = more[0]
@@ -53,7 +53,7 @@ def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Doc
         others = f"; so do {', '.join(more[1:])}" if more[1:] else ""
         raise InputError(
             f"{document.where(('fabrics',))}: the fabrics differ in {name} ({shown_values}){others}: "
-            "set it in base.set, make it a parameter, or add it to differ"
+            "set it in base.set, make it a parameter, or add it to differing_fields"
         )
     return found
 
@@ -76,12 +76,12 @@ def shorter_ends_of(
     study: Uncertainty, document: Document, middle: Mapping[str, Run], drawn: Sequence[KeyPath]
 ) -> ShorterEnds:
     """Shorter ends of ``study``; raises :class:`InputError` for a field that is drawn or ends no test."""
-    if not study.shorter:
+    if not study.shorter_ends:
         return ShorterEnds()
-    ((name, values),) = study.shorter.items()
-    where = f"{document.where(('shorter', name))}: shorter.{name}"
+    ((name, values),) = study.shorter_ends.items()
+    where = f"{document.where(('shorter', name))}: shorter_ends.{name}"
     kind = next(iter(middle.values())).rig.kind
-    path = number_path(name, document.where(("shorter", name)), [kind])
+    path = number_path(name, document.where(("shorter_ends", name)), [kind])
     if path in drawn:
         raise InputError(f"{where}: is also one of the parameters: remove it from one of them")
     told = ", ".join(f"{value:g}" for value in values)
@@ -92,7 +92,7 @@ def shorter_ends_of(
             raise InputError(f"{where}: does not end this test ({kind}) sooner: {remedy}")
         _check_values(values, ending, study, f"{where} = [{told}]", fabric)
     unit = str(field_meta(type(run.rig), str(path[-1])).get("unit", ""))
-    return ShorterEnds(name, tuple(values), unit, document.where(("shorter", name)))
+    return ShorterEnds(name, tuple(values), unit, document.where(("shorter_ends", name)))
 
 
 def _check_values(values: Sequence[float], ending: EndSetting, study: Uncertainty, where: str, fabric: str) -> None:

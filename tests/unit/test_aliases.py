@@ -1,0 +1,52 @@
+"""Old names of fields and parameter sets: the run of the present names, and a warning with file and line."""
+
+import pytest
+
+from knittest.config.aliases import FIELDS, OldNameWarning
+from knittest.config.loading import resolve
+from knittest.config.settings import parse_set
+from knittest.config.yaml_loader import load_yaml, parse_document
+
+
+def test_old_fields_of_a_config_give_the_same_run(tmp_path):
+    old, new = tmp_path / "old.yaml", tmp_path / "new.yaml"
+    old.write_text("rig: {kind: cell, path: warp}\nsolver:\n  max_force_free: 9\n")
+    new.write_text("rig: {kind: cell, path: warp}\nsolver:\n  max_force_free_overlap: 9\n")
+    sets = ["rig.torn=ends", "fabric.knitting.draw_in=1"]
+    with pytest.warns(OldNameWarning) as found:
+        first = resolve(variant="1", config=old, sets=sets)
+    assert first == resolve(variant="1", config=new, sets=["rig.at_fracture=ends", "fabric.knitting.loop_shortening=1"])
+    texts = [str(one.message) for one in found]
+    assert any(f"{old}:3: max_force_free is now called max_force_free_overlap; write" in text for text in texts)
+    assert any("--set rig.torn: rig.torn is now called rig.at_fracture" in text for text in texts)
+
+
+def test_names_below_parameter_sets_rigs_and_with_dots(tmp_path):
+    file = tmp_path / "f.yaml"
+    file.write_text(
+        "parameter_sets: {a: {knitting: {draw_in: 1}}}\nrigs: {pull-out: {warp: {clamped: far}}}\n"
+        "differ: [fabric.knitting.draw_in, rig.width]\ngrid: {rig.torn: [ends], rig.width: [20]}\nslide: 1\n"
+    )
+    with pytest.warns(OldNameWarning):
+        document = load_yaml(file)
+    assert document.data == {
+        "parameter_sets": {"a": {"knitting": {"loop_shortening": 1}}},
+        "rigs": {"pull-out": {"warp": {"clamped_edges": "far"}}},
+        "differing_fields": ["fabric.knitting.loop_shortening", "rig.width"],
+        "grid": {"rig.at_fracture": ["ends"], "rig.width": [20]},
+        "slide": 1,
+    }
+    assert document.where(("grid", "rig.at_fracture")) == f"{file}:4"
+    assert document.where(("parameter_sets", "a", "knitting", "loop_shortening")) == f"{file}:1"
+
+
+def test_an_old_parameter_set_is_the_present_one():
+    with pytest.warns(OldNameWarning, match="parameter set gripping is now called spin-friction"):
+        old = resolve(variant="1", parameters="gripping")
+    assert old == resolve(variant="1", parameters="spin-friction")
+
+
+def test_present_names_give_no_warning_and_no_old_name_is_a_field(recwarn):
+    parse_document("rig: {torn: 1}".replace("torn", "at_fracture"), "x")
+    assert parse_set("model.scale=meso").path == ("model", "scale") and not recwarn.list
+    assert not set(FIELDS.values()) & {old for _, old in FIELDS}
