@@ -1,11 +1,13 @@
 """Loads a run folder for the sections of a report."""
 
+import warnings
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from knittest.base.errors import InputError
+from knittest.config.aliases import OldNameWarning
 from knittest.config.loading import resolve
 from knittest.config.run import Run
 from knittest.config.yaml_loader import parse_document
@@ -100,16 +102,18 @@ def _config(reader: Reader) -> tuple[str, dict[str, Any], Run | None]:
     if raw is None:
         return "", {}, None
     text = raw.decode("utf-8", errors="replace")
-    try:
-        fields = parse_document(text, "config.yaml").data
-    except InputError as error:
-        reader.add_problem(error)
-        return text, {}, None
-    try:
-        return text, fields, resolve(config=reader.folder / "config.yaml", accept_limits=None)
-    except InputError as error:
-        reader.add_problem(f"not a config of this version, shown as written: {error}")
-        return text, fields, None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OldNameWarning)  # an earlier version wrote them
+        try:
+            fields = parse_document(text, "config.yaml").data
+        except InputError as error:
+            reader.add_problem(error)
+            return text, {}, None
+        try:
+            return text, fields, resolve(config=reader.folder / "config.yaml", accept_limits=None)
+        except InputError as error:
+            reader.add_problem(f"not a config of this version, shown as written: {error}")
+            return text, fields, None
 
 
 def _table(reader: Reader, name: str) -> tuple[Columns, bool]:
