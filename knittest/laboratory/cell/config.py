@@ -112,7 +112,7 @@ class CellRig(Rig):
     max_curvature: float = number(0.05, "1/mm", "bending: largest mean curvature, hollow on the face", gt=0, le=0.3)
     max_pressure: float = number(1000.0, "kPa", "compaction: largest pressure of the plates", gt=0, le=10000)
     evaluated_from: float = number(
-        2.5, "%", "share of the path from which energies are judged and results given; not of bending", ge=0, le=25
+        2.5, "%", "share of the path from which results and quality checks begin; not used in bending", ge=0, le=25
     )
     evaluated_from_fraction: ClassVar[Kernel[float]] = Kernel("evaluated_from")
     max_slip: float = number(
