@@ -87,7 +87,7 @@ def ratios(other: str, *units: str) -> dict[str, float]:
 def to_plain_letters(text: str) -> str:
     """``text`` with plain letters for micro signs and powers.
 
-    >>> plainly("µm/mm²")
+    >>> to_plain_letters("µm/mm²")
     'um/mm2'
     """
     return text.translate(_PLAIN)

@@ -109,9 +109,8 @@ def resolve(
 
     ``variant`` names a shipped fabric, ``fabric`` is a fabric file, ``config`` a rig file or a whole run (as
     :func:`knittest.config.yaml_writer.dump` writes it), ``sets`` are ``key.path=value`` texts or settings, ``test``
-    is the
-    kind of test, and the rest are :class:`Options`. ``accept_limits`` overrides the config; ``None`` keeps its value,
-    to resume a run. Raises :class:`InputError` listing every finding.
+    is the kind of test, and the rest are :class:`Options`. ``accept_limits`` overrides the config; ``None`` keeps its
+    value, to resume a run. Raises :class:`InputError` listing every finding.
     """
     document = _run_document(config)
     kind = _test_name(document, test)

@@ -39,8 +39,8 @@ FALL, BELOW = 0.02, 0.05
 STAYS, GAINS = 0.002, 0.08
 #: an extensometer jumps if its step and that of the clamp, as shares of their travels, differ by more
 JUMP = 0.25
-#: an extensometer slips if, in one of so many parts of the clamp travel, its pace is below this share of its usual one
-#: and the force gains that share of its maximum
+#: an extensometer slips if, in one of this number of parts of the clamp travel, its pace is below this share of its
+#: usual one and the force gains that share of its maximum
 PARTS, SLOW, GAINS_SLOW = 10, 0.25, 0.03
 #: share of its travel by which a clamp returns before another loading
 UNLOADED = 0.1

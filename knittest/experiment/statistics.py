@@ -71,7 +71,7 @@ def band(curves: Sequence[tuple[Array, Array]], end: float, common: str, points:
 def corridor_on_grid(grid: Array, curves: Sequence[tuple[Array, Array]]) -> Corridor:
     """Corridor of ``curves`` (x, y) on ``grid`` (points,) of x.
 
-    >>> found = corridor_on(np.array([0.5]), [(np.array([0.0, 1.0]), np.array([0.0, f])) for f in (2.0, 4.0, 6.0)])
+    >>> found = corridor_on_grid(np.array([0.5]), [(np.array([0.0, 1.0]), np.array([0.0, f])) for f in (2.0, 4.0, 6.0)])
     >>> found.mean.item(), found.sd.item(), found.n
     (2.0, 1.0, 3)
     """

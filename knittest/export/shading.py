@@ -145,8 +145,7 @@ _WHOLE = 32.0
 
 
 def render_triangles(corners: Array, view: View) -> tuple[Array, Array]:
-    """Height [mm], -inf where there is nothing, and light (:func:`knittest.export.shading.surface_light`) of the
-    triangles
+    """Height [mm], -inf where there is nothing, and light (:func:`surface_light`) of the triangles
     ``corners`` (n, 3, 3), in axes of ``view`` with z towards the viewer; (rows, columns) each, row 0 at the bottom.
     """
     rows, columns = view.shape

@@ -84,9 +84,9 @@ RULES: dict[str, Rule] = {
 
 
 def advice_for(run: Run, key: str, value: float, limit: float, rest: InitialEquilibrium | None = None) -> str:
-    """Setting that would reduce the check ``key`` from ``value`` to :data:`TARGET_SHARE` of its ``limit``, both [%];
-    empty if
-    unknown.
+    """Setting that would reduce the check ``key`` from ``value`` to :data:`TARGET_SHARE` of its ``limit``, both [%].
+
+    Empty if it is unknown.
 
     A meso run gets the field alone, as rules were not verified there. For loops that snap it is the advice of ``rest``.
     """

@@ -140,9 +140,9 @@ def wrap_ratio(first: Curve, second: Curve) -> Array:
 
 
 def least_wrap_ratio(model: YarnModel, part: str, among: Flags) -> float:
-    """Least :func:`wrap_ratio` of yarns of one ``part`` where they cross each other, touching or about to (by the
-    skin of the
-    search); nan where none do.
+    """Least :func:`wrap_ratio` of yarns of one ``part`` where they cross each other; nan where none do.
+
+    They touch, or nearly touch (by the skin of the search).
 
     Of the nodes ``among`` (n_nodes,) a crossing has one at least.
     """

@@ -56,8 +56,8 @@ def fit_step(run: Simulation) -> None:
     share = MARGIN * longest / run.dt
     if share * run.step_share < LEAST_SHARE:
         raise NumericalError(
-            f"{where} limit the critical time step to {1e3 * longest:.3g} us at {run.time:.5f} ms; the run had already "
-            f"reduced its step from {1e3 * run.first_step:.3g} us to {1e3 * run.dt:.3g} us"
+            f"{where} limit the critical time step to {1e3 * longest:.3g} us at {run.time:.5f} ms, below "
+            f"{100.0 * LEAST_SHARE:g} % of the first step of {1e3 * run.first_step:.3g} us"
         )
     run.shorten(share)
     run.cost.time_step = run.dt

@@ -219,9 +219,9 @@ def test_bad_commands_of_studies_run_nothing(sweep, capsys, study, arguments, sa
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--shard", "3/2"], "expected the share and their number"),
-        (["--shard", "0/2"], "expected the share and their number"),
-        (["--dask", "tcp://127.0.0.1:1", "--workers", "2"], "the cluster has its own"),
+        (["--shard", "3/2"], "expected the number of the share and of all shares"),
+        (["--shard", "0/2"], "expected the number of the share and of all shares"),
+        (["--dask", "tcp://127.0.0.1:1", "--workers", "2"], "leave it out with --dask"),
     ],
 )
 def test_options_that_do_not_fit_run_nothing(sweep, capsys, arguments, said):

@@ -75,7 +75,7 @@ def test_documented_command(place, monkeypatch, text: str, do: Do):
         monkeypatch.setattr(pool, "__init__", _begins)
     for module, name in (
         (knittest.studies.command, "execute"), (knittest.runs.preflight.command, "prepare"),
-        (knittest.runs.bench, "kernel_lines"), (knittest.solve.compilation, "warm"),
+        (knittest.runs.bench, "kernel_lines"), (knittest.solve.compilation, "load_kernels"),
         (knittest.runs.bench_comparison, "paired_lines"),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, _begins)

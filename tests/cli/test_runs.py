@@ -84,7 +84,7 @@ def test_what_is_no_run_or_in_use_stays(place, tmp_path, capsys):
     assert run(["runs", "--remove", "sweep", "--yes"]) == 2 and (place / "sweep/trials/a").is_dir()
     (place / "old/notes.txt").write_text("mine")
     assert run(["runs", "--remove", "old", "--yes"]) == 2
-    assert "holds notes.txt" in capsys.readouterr().err and (place / "old/curve.csv").exists()
+    assert "because notes.txt is not a file of a run" in capsys.readouterr().err and (place / "old/curve.csv").exists()
     (place / "good/frames").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "elsewhere").mkdir()
     (tmp_path / "elsewhere/frame.vtu").write_text("")

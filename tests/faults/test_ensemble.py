@@ -150,7 +150,7 @@ def test_killed_the_specimens_save_themselves_and_hold_the_folder_until_then(alo
     os.kill(workers[0], signal.SIGCONT)
     assert all(gone(pid) for pid in workers)
     code, said = run(*THREE, "--out", str(folder), threads=2)
-    assert code == 2 and "holds checkpoint-" in said
+    assert code == 2 and "contains checkpoint-" in said
     assert run("resume", str(folder), threads=2)[0] in (0, 3)
     assert {line["number"] for line in logged(folder, "goes on")} == {0, 1}
     assert_same(folder, alone)

@@ -89,7 +89,7 @@ def test_nothing_of_a_calibration_keeps_the_password(tmp_path, monkeypatch, caps
         return optuna.storages.RDBStorage(f"sqlite:///{tmp_path / 'server.db'}")
 
     monkeypatch.setattr(command.database, "open_storage", opened)
-    monkeypatch.setattr(command.database, "shown_url", lambda storage: hide_passwords(asked))
+    monkeypatch.setattr(command.database, "url_without_password", lambda storage: hide_passwords(asked))
     assert calibrate(CALIBRATION.format(url=asked), tmp_path, monkeypatch, Pretending()) == 0
     said = capsys.readouterr()
     folder = tmp_path / "runs" / "calibrate-c"

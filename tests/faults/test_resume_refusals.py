@@ -80,7 +80,7 @@ CHANGES = {
     "solver.damping was 0.5, is 0.6": change_config,
     "version was ": lambda folder, patch: patch.setattr("knittest.__version__", "9.9"),
     "cpu was ": lambda folder, patch: patch.setattr("knittest.export.identity.cpu_model", lambda: "another"),
-    "cell was not there, is another": lambda folder, patch: patch.setattr(
+    "cell was missing, is another": lambda folder, patch: patch.setattr(
         "knittest.export.identity.cell_of", lambda run: "another"
     ),
     "kernels was ": lambda folder, patch: patch.setattr("knittest.export.identity.kernel_digest", lambda: "new"),

@@ -49,5 +49,5 @@ def test_a_sweep_and_its_table(tmp_path: Path) -> None:
     assert "--accept-limits: solver.max_kinetic_ratio=50.0" in relaxed_limits_note(found.values())[0]
     assert relaxed_limits_note([found[first]]) == []
     path.write_text(SWEEP.replace("solver.max_kinetic_ratio: [5.0, 50.0]", "accept_limits: [true]"))
-    with pytest.raises(InputError, match="only --accept-limits says so"):
+    with pytest.raises(InputError, match="use --accept-limits instead"):
         plan_of(load_yaml(path)).rows()

@@ -110,7 +110,7 @@ def test_a_result_that_the_test_does_not_have_is_refused(tmp_path, monkeypatch):
         ("quantity: overhang_mm", "quantity: peak_force", "c.yaml:8: quantity = peak_force: no row of variant 1 warp"),
         ("quantity: overhang_mm", "quantity: bending_stiffness_eq2_n_mm_per_width", "states no scatter: add sd"),
         ("quantity: overhang_mm", "curve: none.csv", "c.yaml:8: curve: "),
-        ("test: bend,", "test: bnd,", "c.yaml:8: test = bnd: no such test here (known: bend)"),
+        ("test: bend,", "test: bnd,", "c.yaml:8: test = bnd: no such test in this file (known: bend)"),
         ("variant: 1", "variant: 9", "c.yaml:2: --variant 9: unknown fabric"),
         ("variant: 1", "fabric: none.yaml", "c.yaml:2: no such file"),
         ("tolerance: 0.01", "storage: sqlite", "only method = optuna uses a database"),

@@ -53,7 +53,7 @@ def test_a_mount_that_only_holds_is_no_rig() -> None:
     """Nothing moves: no time passes, and nobody can simulate it by mistake."""
     held = PreparedSpecimen(None, StripMount(np.zeros((2, 3)), np.zeros(2)))  # type: ignore[arg-type]
     assert held.duration == 0.0
-    with pytest.raises(TypeError, match="Mounting is a holder"):
+    with pytest.raises(TypeError, match="StripMount is a holder"):
         _ = held.rig
     assert not {"finished", "channels", "duration", "ring_time"} & set(dir(held.mount))
 
@@ -137,7 +137,7 @@ def test_hourglass_energy_of_a_strip_at_rest_is_judged(share: float, failures: i
     quality = judged(*prepared(), share)
     assert (len(quality.failures), len(quality.warnings)) == (failures, warnings)
     told = [*quality.failures, *quality.warnings]
-    assert all(text.startswith("hourglass over internal energy") for text in told)
+    assert all(text.startswith("hourglass energy over internal energy") for text in told)
     assert "model.macro.element_size" in "".join(quality.failures) or share != 0.051
     assert quality.hourglass_over_internal_max == pytest.approx(share, nan_ok=True)
 
@@ -176,8 +176,8 @@ def at_rest(monkeypatch, residual) -> tuple[Relaxation, list[float], list[int]]:
     )
     mounting = SimpleNamespace(flat=np.zeros((1, 3)), moment=lambda now: 1.0, curvature=lambda now: 1.0)
     for name, value in {
-        "_Course": Course, "_mounting": lambda prepared: mounting, "_bend": lambda *_: None,
-        "_angle": lambda *_: 40.0, "_tips": lambda *_: [0],
+        "_StripRelaxation": Course, "_strip_mount": lambda prepared: mounting, "_bend": lambda *_: None,
+        "_chord_angle": lambda *_: 40.0, "_tips": lambda *_: [0],
     }.items():  # fmt: skip
         monkeypatch.setattr(meso_strip, name, value)
     run = resolve(variant="1", scale="meso", test="cantilever", preset="quick", direction="warp")

@@ -22,16 +22,16 @@ OPEN = {
         "the field that gets the values",
     ),
     **dict.fromkeys(("Target.value", "Target.sd", "Statement.below", "Statement.above"), "any result, in its unit"),
-    "Wanted.at": "the results that the test has",
+    "StudyQuantity.at": "the results that the test has",
     **dict.fromkeys(("Sample.n", "Range.steps"), "the number of runs of the sweep, which is counted and limited"),
-    "PictureFrameRig.turns": "max_angle",
+    "PictureFrameRig.reversal_angles": "max_angle",
 }  # fmt: skip
 
 #: entry of a mapping that takes others than bounds
 ENTRIES = {
     "Uncertainty.fabrics": {"variant": "1"},
     "Uncertainty.parameters": {"low": 1.0, "high": 2.0, "reason": "a reason of some length"},
-    "Uncertainty.shorter": [1.0],
+    "Uncertainty.shorter_ends": [1.0],
 }
 
 

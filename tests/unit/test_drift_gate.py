@@ -156,7 +156,7 @@ def test_libraries_and_processor_make_runs_new(monkeypatch):
 
 
 def test_a_number_of_crests_moves_no_table_of_the_docs_within_its_range():
-    entry = load(provenance.baseline.shipped()).entries[FRAME.name].model_copy(update={"ranges": {COUNT: (2, 3)}})
+    entry = load(provenance.baseline.shipped_path()).entries[FRAME.name].model_copy(update={"ranges": {COUNT: (2, 3)}})
     assert [provenance._moved(FRAME, COUNT, was, entry) for was in (0.0, 1.0, 2.5, 4.0, 5.0)] == [
         True, False, False, False, True,
     ]  # fmt: skip

@@ -222,7 +222,7 @@ def test_forming_that_drags_more_than_a_tenth_of_the_weight_is_refused_with_sett
     assert not judged(history(), run, drag=0.0999).failures
     (reason,) = judged(history(), run, drag=0.4).failures
     assert "damping force over weight and blank-holder force 40.00 % is above 10 %" in reason
-    assert "solver.damping=0.006 with solver.speed=0.05 passes on shells of quick" in reason
+    assert "preset quick passes with --set solver.damping=0.006 --set solver.speed=0.05" in reason
     assert not judged(history(), run_of("forming"), drag=0.0999).failures
     assert [gate.key for gate in quality_checks_of(run_of())].count("drag_over_weight") == 0
 

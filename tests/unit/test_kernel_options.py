@@ -104,5 +104,5 @@ def test_python_calls_no_kernel_that_only_kernels_can_call(folder):
     ],
 )
 def test_a_call_is_seen(line, called):
-    head = "from knittest.kernels.threading import in_turn\nfrom knittest.kernels import threading\n"
+    head = "from knittest.kernels.threading import next_partition\nfrom knittest.kernels import threading\n"
     assert called_without_wrapper(head + line) == called

@@ -22,7 +22,7 @@ from knittest.runs.run_files import references_of
 
 
 def given(mass=824.2, width=50.0, **more):
-    """What a user states; sizes that are None are not stated."""
+    """Options of a user; sizes that are None are not stated."""
     sizes = {"area_mass_g_m2": mass, "strip_width_mm": width, **more}
     return ReadOptions(sizes={name: size for name, size in sizes.items() if size is not None})
 

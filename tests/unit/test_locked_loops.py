@@ -30,7 +30,7 @@ def run_of(draw_in: float) -> Run:
 )
 def test_a_refusal_says_by_what_the_loops_are_called_locked(jams: float, restless: float, said: str, most: float):
     """The draw-in that would do is found to 0.05 %."""
-    with pytest.raises(InputError, match=f"draw_in = 2 %: the loops lock: {said}; expected at most") as refused:
+    with pytest.raises(InputError, match=f"loop_shortening = 2 %: the loops lock: {said}; expected at most") as refused:
         relaxed_cell._cell_as_stated(run_of(2.0), lambda share: at(share, jams, restless))
     assert most - 0.05 <= float(str(refused.value).split()[-2]) <= most
 

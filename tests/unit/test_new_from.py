@@ -7,7 +7,6 @@ import yaml
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir
-from knittest.base.history import Quality
 from knittest.cli.main import run
 from knittest.config.loading import resolve
 from knittest.experiment.origin import quantities
@@ -183,15 +182,10 @@ def test_what_cuts_a_curve_is_refused_or_said(imported, strain, source, refused,
     assert cut_curve_warnings(shells(scale="meso")) == ()
 
 
-def test_a_run_carries_the_warning(imported, monkeypatch):
-    class Passed:
-        def assess(self, *_) -> Quality:
-            return Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, (), warnings=("before",))
-
-    monkeypatch.setattr(specimen, "TESTS", {"tensile": Passed()})
+def test_a_run_carries_the_warning(imported):
     own_curve_beside(imported, "{value: 2.0, source: user}")
-    warnings = specimen._assessed(shells(), None, None, None).warnings
-    assert warnings[0] == "before" and "2 % (user) cuts macro.tension.warp" in warnings[1] and len(warnings) == 2
+    warnings = specimen.run_specimen(shells()).quality.warnings
+    assert len([text for text in warnings if "2 % (user) cuts macro.tension.warp" in text]) == 1
 
 
 def test_a_curve_of_another_fabric_may_be_cut_by_its_assumed_strain(imported):

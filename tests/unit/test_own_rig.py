@@ -273,7 +273,7 @@ def test_tools_of_forming_know_where_their_friction_is_from(tested):
 def test_forming_of_a_fabric_without_friction_says_whose_it_has(tested):
     assert run(["new", "bare"]) == 0
     told = assumed_inputs(mine("forming", variant="bare"))
-    assert "rig.static_coefficient and rig.kinetic_coefficient (the default, that of pham2019)" in told
+    assert "rig.static_coefficient and rig.kinetic_coefficient (default, measured on the fabrics of pham2019)" in told
     assert not any("coefficient" in one for one in assumed_inputs(resolve(variant="1", test="forming")))
 
 

@@ -58,7 +58,7 @@ def test_a_kept_specimen_still_knows_its_frame(tmp_path):
     history.peak = 1
     specimen = Specimen(history, {"peak_force_n": 1.0}, quality(), cost(), {}, {})
     again = specimen_of(specimen_state(specimen, frames=True)).history
-    assert again.peak == 1 and again.at_peak.force == history.frames[1].force
+    assert again.peak == 1 and again.peak_frame.force == history.frames[1].force
     assert specimen_of(specimen_state(specimen, frames=False)).history.peak is None
 
 

@@ -211,12 +211,12 @@ def test_the_file_says_what_its_force_hangs_on_and_is_read_as_a_law(tmp_path):
     assert curve.x == pytest.approx(angle, abs=1e-4) and curve.mean == pytest.approx(force, abs=1e-6)
 
 
-def test_the_file_names_patches_and_draw_in_where_the_fabric_states_them(tmp_path):
+def test_the_file_names_patches_and_loop_shortening_where_the_fabric_states_them(tmp_path):
     drawn = ["fabric.knitting.loop_shortening=0.5"]
     run = run_folder(tmp_path, lambda a: 1e-3 * a, scale="meso", parameters="spin-friction", sets=drawn)
     write_law(run, tmp_path / "law.csv")
     head = (tmp_path / "law.csv").read_text()
-    assert "# draw-in of the loops [%]: 0.5 (user)\n" in head
+    assert "# loop shortening [%]: 0.5 (user)\n" in head
     for pair, radius in (("inlays", 0.375), ("inlay and loop", 0.306), ("loops", 0.25)):
         assert f"# patch of a crossing, {pair} [mm]: {radius:g} (assumed)\n" in head
 

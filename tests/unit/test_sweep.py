@@ -120,11 +120,11 @@ def test_a_drawn_value_that_is_refused_is_a_row_and_the_others_run():
 )
 def test_a_null_takes_a_number_of_the_fabric_away(tmp_path, block):
     text = (configs_dir() / "fabrics" / "pham2019-v1.yaml").read_text()
-    (tmp_path / "mine.yaml").write_text(text.replace("  degree_of_set:", "  draw_in: 2.0\n  degree_of_set:"))
+    (tmp_path / "mine.yaml").write_text(text.replace("  degree_of_set:", "  loop_shortening: 2.0\n  degree_of_set:"))
     named = block.replace("D", "fabric.knitting.loop_shortening").replace("T", "fabric.knitting.tension")
     rows = plan("base: {fabric: mine.yaml, scale: meso, direction: warp}\n" + named, tmp_path).rows()
     bare, drawn_in = (row.trial.run.fabric.knitting for row in rows)
-    assert bare.draw_in is None and drawn_in.draw_in.value == 1.0 and drawn_in.tension is None
+    assert bare.loop_shortening is None and drawn_in.loop_shortening.value == 1.0 and drawn_in.tension is None
     assert (bare.tension is None) == (block[0] == "g")
 
 

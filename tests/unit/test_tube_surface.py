@@ -86,7 +86,7 @@ def test_two_yarns_and_a_break_are_tubes_of_their_own():
 def test_nothing_whole_and_another_suffix_are_refused(tmp_path):
     with pytest.raises(InputError, match="all beams have failed"):
         _made(STRAIGHT, dead=range(5))
-    with pytest.raises(InputError, match=r"expected .stl or .vtp"):
+    with pytest.raises(InputError, match=r"expected the suffix .stl or .vtp"):
         write_tubes(tmp_path / "a.obj", _made(STRAIGHT), {})
 
 

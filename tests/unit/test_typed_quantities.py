@@ -13,17 +13,17 @@ ROOT = Path(__file__).parents[2]
 CODE = """
 from typing import assert_type
 from knittest.base.history import History
-from knittest.config.base import Directed
+from knittest.config.base import DirectionalNumber
 from knittest.laboratory.friction.config import FrictionRun
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.laboratory.base import Prepared, Test
+from knittest.laboratory.base import PreparedSpecimen, Test
 from knittest.laboratory.report_base import REPORTS, TESTS
 from knittest.runs.execute import Outcome
 from knittest.studies.trials.trial import Record
 
 def numbers(run: TensileRun) -> None:
     assert_type(run.rig.gauge_length_mm, float)
-    assert_type(run.fabric.macro.bending_stiffness_n_mm, Directed)
+    assert_type(run.fabric.macro.bending_stiffness_n_mm, DirectionalNumber)
     assert_type(run.solver.target_step_ms, float | None)
     run.rig.gauge_lenght_mm
     run.fabric.area_mass_g_per_m2
@@ -38,7 +38,7 @@ def results(outcome: Outcome, record: Record) -> None:
     record.summary["results"]
 
 class Pulled(Test[TensileRun]):
-    def results(self, run: FrictionRun, prepared: Prepared, history: History) -> dict[str, float]:
+    def results(self, run: FrictionRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         return {}
 """
 

@@ -31,7 +31,7 @@ def refused(old: str, new: str) -> str:
     [
         (", reason: glass on carbon as handbooks have it", "", "u.yaml:8: parameters.fabric.contact.friction_coeffic"),
         ("low: 0.1, high: 0.5", "low: 0.1, high: 2.5", "an end of the prior of fabric.contact.friction_coeff"),
-        ("low: 0.1, high: 0.5", "kind: normal, mean: 0.3, sd: 0.1, low: 0", "a prior ends somewhere"),
+        ("low: 0.1, high: 0.5", "kind: normal, mean: 0.3, sd: 0.1, low: 0", "every prior needs bounds"),
         ("contact.friction_coefficient", "contact.friction_coeff", 'did you mean "fabric.contact.friction_'),
         ("fabric.contact.friction_coefficient", "fabric.knitting.degree_of_set", "degree_of_set"),
         ("rig.max_angle: 45", "fabric.knitting.degree_of_set: 0.9", "degree_of_set: given twice, first at u.yaml:2"),

@@ -141,7 +141,7 @@ def test_rows_and_the_line_say_it_and_what_helps_where_loops_snap(found: float, 
     told = dict(equilibrium_rows(numbers))["loop wrap ratio"]
     assert told.startswith(f"{shown} (1: straight yarns crossing at a right angle; 0: contact point not unique)")
     assert ("below 0.05 the contact points of loops jump" in told) == close
-    assert told.endswith("use less loop shortening (draw_in) or a longer loop") == close
+    assert told.endswith("use less loop shortening (loop_shortening) or a longer loop") == close
     assert equilibrium_line(numbers) == "thickness 2.20 mm, loop tension 0.2 N"
 
 
@@ -179,7 +179,7 @@ def test_loops_that_snap_are_not_sent_to_speed_or_step(column: str, advice: str)
     (snapping,) = judged(replace(off, rest=rest_of(0.038))).failures
     assert advice in usual and "wrap" not in usual
     assert "solver." not in snapping and "; loop wrap ratio 0.038: half the time step made" in snapping
-    assert snapping.endswith("use less loop shortening (draw_in) or a longer loop")
+    assert snapping.endswith("use less loop shortening (loop_shortening) or a longer loop")
 
 
 def test_what_helps_is_said_once_where_several_gates_refuse():
@@ -200,7 +200,7 @@ def test_other_gates_keep_their_advice():
 def test_energy_from_nothing_says_what_helps(found: float | None, helps: str):
     row = {"external_mj": 10.0, "balance_error_mj": -1.0, "energy_error": 0.1}
     run = SimpleNamespace(
-        energy_rows=[row], kinetic_scale=0.1, time=1.0, model=SimpleNamespace(failed=lambda: np.zeros(3)),
+        energy_rows=[row], kinetic_scale=0.1, time=1.0, model=SimpleNamespace(count_failed=lambda: np.zeros(3)),
         rest=None if found is None else rest_of(found),
     )  # fmt: skip
     with pytest.raises(NumericalError, match=rf"energy is created\); .*{helps}$"):

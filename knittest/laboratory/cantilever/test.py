@@ -204,8 +204,8 @@ def _history(model: ExplicitModel, rests: list[Equilibrium]) -> History:
     columns = {
         "overhang_mm": "overhang", "chord_angle_deg": "angle", "root_moment_nmm": "root_moment",
         "weight_moment_nmm": "weight_moment", "root_curvature_per_mm": "curvature", "residual": "relaxation.residual",
-        "steps": "relaxation.steps", "converged": "converged", "rubs": "rubs", "curl_nmm": "curl", "drift_deg": "drift",
-        "hourglass_over_internal": "hourglass",
+        "steps": "relaxation.steps", "converged": "converged", "rubs": "has_friction", "curl_nmm": "curl",
+        "drift_deg": "drift", "hourglass_over_internal": "hourglass",
     }  # fmt: skip
     trials = {name: np.array([float(attrgetter(path)(r)) for r in rests]) for name, path in columns.items()}
     return History(model.mesh, dict(zip(names, rows.T, strict=True)), trials, list(rests[-1].frames))

@@ -198,8 +198,7 @@ class Evaluator:
     """Runs the tests of ``problem`` as trials of ``runner``; ``tell`` gets every evaluation, ``ended`` every record.
 
     Raises :class:`RunLimitReached` before it exceeds the allowed number of runs, :class:`ResourceError` if the
-    machine has no
-    room for a trial, :class:`InputError` for a target that no test has.
+    machine has no room for a trial, :class:`InputError` for a target that no test has.
     """
 
     def __init__(

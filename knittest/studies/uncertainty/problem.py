@@ -79,7 +79,7 @@ def shorter_ends_of(
     if not study.shorter_ends:
         return ShorterEnds()
     ((name, values),) = study.shorter_ends.items()
-    where = f"{document.where(('shorter', name))}: shorter_ends.{name}"
+    where = f"{document.where(('shorter_ends', name))}: shorter_ends.{name}"
     kind = next(iter(middle.values())).rig.kind
     path = number_path(name, document.where(("shorter_ends", name)), [kind])
     if path in drawn:
@@ -88,7 +88,7 @@ def shorter_ends_of(
     for fabric, run in middle.items():
         ending: EndSetting | None = kinds()[kind].load("ending")(run) if kinds()[kind].ending else None
         if ending is None or ending.field != name:
-            remedy = f"expected {ending.field}" if ending else "the test has results only at its end; remove shorter"
+            remedy = f"expected {ending.field}" if ending else "the test has results only at its end; remove it"
             raise InputError(f"{where}: does not end this test ({kind}) sooner: {remedy}")
         _check_values(values, ending, study, f"{where} = [{told}]", fabric)
     unit = str(field_meta(type(run.rig), str(path[-1])).get("unit", ""))
