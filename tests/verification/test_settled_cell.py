@@ -22,7 +22,7 @@ def run_of(*sets: str, variant: str = "1", scale: str = "meso") -> Run:
 
 def test_crossings_of_a_settled_cell_are_in_balance():
     """Weft and legs press the warp onto the sinker arcs: the warp bears as much from either side, a leg half of it."""
-    cell = relaxed_contact_cell(run_of(f"{LOOPS}draw_in=1"))
+    cell = relaxed_contact_cell(run_of(f"{LOOPS}loop_shortening=1"))
     force = {kind: c.normal_force * c.count for kind, c in cell.crossings.items()}
     assert force["warp-weft"] == pytest.approx(force["warp-knit"], rel=0.01)
     assert force["weft-knit"] == pytest.approx(force["warp-weft"], rel=0.05)  # legs lean: not all is along z
@@ -31,15 +31,15 @@ def test_crossings_of_a_settled_cell_are_in_balance():
 
 
 def test_more_draw_in_presses_more_and_v2_has_room():
-    tight = [relax_at_shortening(run_of(f"{LOOPS}draw_in=1"), p).tension for p in (0.0, 0.01, 0.02)]
-    loose = [relax_at_shortening(run_of(f"{LOOPS}draw_in=1", variant="2"), p).tension for p in (0.0, 0.01, 0.02)]
+    tight = [relax_at_shortening(run_of(f"{LOOPS}loop_shortening=1"), p).tension for p in (0.0, 0.01, 0.02)]
+    loose = [relax_at_shortening(run_of(f"{LOOPS}loop_shortening=1", variant="2"), p).tension for p in (0.0, 0.01, 0.02)]
     assert tight == sorted(tight) and loose == sorted(loose)
     assert tight[1] > 5.0 * loose[1] > 0.0
 
 
 def test_tension_grows_with_draw_in_where_heads_of_loops_come_to_lie_on_each_other():
     """A second crossing of the same pieces was lost: 2.29, 7.63 and 4.00 N at 3, 3.6 and 4 %."""
-    tensions = [relax_at_shortening(run_of(f"{LOOPS}draw_in=1"), p).tension for p in (0.03, 0.036, 0.04, 0.05)]
+    tensions = [relax_at_shortening(run_of(f"{LOOPS}loop_shortening=1"), p).tension for p in (0.03, 0.036, 0.04, 0.05)]
     assert tensions == sorted(tensions)
 
 
@@ -48,13 +48,13 @@ def test_a_stated_tension_is_met_by_a_draw_in():
     cell = relaxed_contact_cell(run)
     assert cell.tension == pytest.approx(0.4, rel=0.01)
     drawn = with_loop_shortening(run).fabric.knitting
-    assert drawn.tension is None and drawn.draw_in.value == pytest.approx(100.0 * cell.draw_in)
-    assert drawn.draw_in.source == "derived"
+    assert drawn.tension is None and drawn.loop_shortening.value == pytest.approx(100.0 * cell.draw_in)
+    assert drawn.loop_shortening.source == "derived"
 
 
 @pytest.mark.parametrize(
     ("field", "said"),
-    [("tension=0.01", "at least 0.1"), ("tension=19", "at most 9\\."), ("draw_in=10", "at most 3\\.")],
+    [("tension=0.01", "at least 0.1"), ("tension=19", "at most 9\\."), ("loop_shortening=10", "at most 3\\.")],
 )
 def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(field: str, said: str):
     """Loops of their measured length are under tension already; drawn in by 4 % they sink in by over 5 %."""
@@ -64,31 +64,31 @@ def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(fiel
 
 def test_a_cell_whose_sections_hold_all_fibres_comes_to_rest():
     """V2 in ellipses of its measured height, 1.19 x 0.93 mm, along which its loops bend: it was refused."""
-    cell = relaxed_contact_cell(run_of(f"{LOOPS}draw_in=1", *FINE, *MEASURED, variant="2"))
+    cell = relaxed_contact_cell(run_of(f"{LOOPS}loop_shortening=1", *FINE, *MEASURED, variant="2"))
     assert cell.residual < 0.01
     assert cell.rest.thickness == pytest.approx(2.74, abs=0.02)
 
 
 def test_a_specimen_of_loops_that_lock_is_not_made():
-    with pytest.raises(InputError, match=r"draw_in = 10 %: the loops lock: yarns penetrate .*; expected at most"):
-        prepare(run_of(f"{LOOPS}draw_in=10", "rig.side=22", "solver.max_penetration=5"))
+    with pytest.raises(InputError, match=r"loop_shortening = 10 %: the loops lock: yarns penetrate .*; expected at most"):
+        prepare(run_of(f"{LOOPS}loop_shortening=10", "rig.side=22", "solver.max_penetration=5"))
 
 
 def test_yarns_that_do_not_touch_hold_no_tension():
     with pytest.raises(InputError, match=r"model\.meso\.contact = false"):
-        with_loop_shortening(run_of(f"{LOOPS}draw_in=1", "model.meso.contact=false"))
+        with_loop_shortening(run_of(f"{LOOPS}loop_shortening=1", "model.meso.contact=false"))
 
 
 def test_both_are_refused():
-    with pytest.raises(InputError, match="excludes draw_in"):
-        run_of(f"{LOOPS}draw_in=1", f"{LOOPS}tension=0.1")
+    with pytest.raises(InputError, match="excludes loop_shortening"):
+        run_of(f"{LOOPS}loop_shortening=1", f"{LOOPS}tension=0.1")
 
 
 def test_a_mesh_that_presses_where_fine_ones_do_not_is_refused_with_one_that_would_do():
     """30 beams a loop and 4 a wave press 2.5 times as hard; what is advised passes; nothing is said of other runs."""
-    reason = mesh_fault(run_of(f"{LOOPS}draw_in=1"))
+    reason = mesh_fault(run_of(f"{LOOPS}loop_shortening=1"))
     assert reason.startswith("contact forces of the relaxed cell are 2.")
     assert "model.meso.elements_per_loop=48 and elements_per_wave=12" in reason
-    assert mesh_fault(run_of(f"{LOOPS}draw_in=1", *FINE)) == ""
-    assert mesh_fault(run_of()) == mesh_fault(run_of(f"{LOOPS}draw_in=1", scale="macro")) == ""
+    assert mesh_fault(run_of(f"{LOOPS}loop_shortening=1", *FINE)) == ""
+    assert mesh_fault(run_of()) == mesh_fault(run_of(f"{LOOPS}loop_shortening=1", scale="macro")) == ""
     assert with_loop_shortening(run_of()) is run_of()
