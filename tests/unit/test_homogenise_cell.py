@@ -9,7 +9,7 @@ from homogenise_cases import BENDING, OUT, STRAIN, YARN_FORCE, Formulas, homogen
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
-from knittest.studies.homogenise.plan import PLANNED_TESTS, Request, cell_macro_run, cell_run, width
+from knittest.studies.homogenise.plan import PLANNED_TESTS, Request, cell_macro_run, cell_run, macro_run, width
 
 CELL = Request(variant="2", preset="quick", source="cell")
 DENSITY = {"warp": 28.0, "weft": 41.0}
@@ -71,6 +71,9 @@ def test_shells_are_as_wide_as_whole_yarns_and_hang_as_the_card_says(tmp_path, m
             assert run.rig.width == pytest.approx(width(run))
         else:
             assert run.rig.max_angle == 41.2
+            frame = resolve(test="picture-frame", variant="2", scale="meso", preset="quick")
+            angles = [macro_run(piece, frame, OUT / "fabric.yaml", end).rig.max_angle for end in (41.26, 60.0)]
+            assert angles == [41.2, frame.rig.max_angle]  # within the law, whose file rounds its end
         if piece.kind == "cantilever":
             weight = run.fabric.area_mass_g_per_mm2 * 9.81e-3
             assert weight * (0.5 * run.rig.overhang) ** 3 == pytest.approx(BENDING[piece.direction], rel=2e-3)
