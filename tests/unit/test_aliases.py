@@ -25,7 +25,7 @@ def test_names_below_parameter_sets_rigs_and_with_dots(tmp_path):
     file = tmp_path / "f.yaml"
     file.write_text(
         "parameter_sets: {a: {knitting: {draw_in: 1}}}\nrigs: {pull-out: {warp: {clamped: far}}}\n"
-        "differ: [fabric.knitting.draw_in, rig.width]\ngrid: {rig.torn: [ends], rig.width: [20]}\nslide: 1\n"
+        "differ: [fabric.knitting.draw_in, rig.width]\ngrid:\n  rig.width: [20]\n  rig.torn: [ends]\nslide: 1\n"
     )
     with pytest.warns(OldNameWarning):
         document = load_yaml(file)
@@ -33,10 +33,10 @@ def test_names_below_parameter_sets_rigs_and_with_dots(tmp_path):
         "parameter_sets": {"a": {"knitting": {"loop_shortening": 1}}},
         "rigs": {"pull-out": {"warp": {"clamped_edges": "far"}}},
         "differing_fields": ["fabric.knitting.loop_shortening", "rig.width"],
-        "grid": {"rig.at_fracture": ["ends"], "rig.width": [20]},
+        "grid": {"rig.width": [20], "rig.at_fracture": ["ends"]},
         "slide": 1,
     }
-    assert document.where(("grid", "rig.at_fracture")) == f"{file}:4"
+    assert document.where(("grid", "rig.at_fracture")) == f"{file}:6"
     assert document.where(("parameter_sets", "a", "knitting", "loop_shortening")) == f"{file}:1"
 
 
