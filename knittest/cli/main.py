@@ -121,7 +121,8 @@ def _show_warning(
 ) -> None:
     """Show the warning of an old name in a line; others as Python does."""
     text = f"warning: {message}\n" if issubclass(category, OldNameWarning) else None
-    sys.stderr.write(text or warnings.formatwarning(message, category, filename, lineno))
+    with suppress(OSError):  # as Python does where the stream is gone
+        sys.stderr.write(text or warnings.formatwarning(message, category, filename, lineno))
 
 
 def main(arguments: list[str] | None = None) -> None:

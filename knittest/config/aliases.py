@@ -1,8 +1,10 @@
 """Old names of config fields and parameter sets. They are read for one more version, with a warning."""
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
+
+from knittest.base.errors import InputError
 
 KeyPath = tuple[str | int, ...]
 #: version that no longer reads them
@@ -26,6 +28,9 @@ FIELDS: dict[tuple[str, str], str] = {
 }
 #: present name of each old parameter set of a fabric
 PARAMETER_SETS = {"gripping": "spin-friction"}
+#: old fields as a list of fields names them; any other text with dots may be a file
+_HOLDERS = {"knitting": "fabric.knitting", "holder": "rig.holder"}
+_OLD_PATHS = {f"{_HOLDERS.get(holder, holder)}.{name}" for holder, name in FIELDS if holder}
 
 
 class OldNameWarning(FutureWarning):
@@ -40,8 +45,8 @@ def warn_of_old_name(where: str, old: str, new: str) -> None:
 
 def present_path(path: KeyPath, where: str) -> KeyPath:
     """``path`` of a field with present names; warns of an old one, stated at ``where``."""
-    found: KeyPath = ()
-    for part in path:
+    found: KeyPath = path[:1]
+    for part in path[1:]:
         found = (*found, _present_name(found, part))
     if found != path:
         warn_of_old_name(where, ".".join(map(str, path)), ".".join(map(str, found)))
@@ -60,33 +65,55 @@ def present_set(name: str, sets: Mapping[str, object], where: str) -> str:
 def present_names(
     data: dict[str, Any], lines: Mapping[KeyPath, int], source: str
 ) -> tuple[dict[str, Any], dict[KeyPath, int]]:
-    """``data`` and ``lines`` of the file ``source`` with present names of fields, also of those named with dots."""
+    """``data`` and ``lines`` of the file ``source`` with present names of fields, also of those named with dots.
+
+    Raises :class:`InputError` for a field that has its old and its present name in one mapping.
+    """
     moved: dict[KeyPath, KeyPath] = {(): ()}
-
-    def read(value: Any, at: KeyPath) -> Any:
-        if isinstance(value, dict):
-            return {key(name, at): read(inner, (*at, name)) for name, inner in value.items()}
-        if isinstance(value, list):
-            return [read(inner, (*at, key(number, at))) for number, inner in enumerate(value)]
-        return dotted(value, at) if isinstance(value, str) else value
-
-    def key(name: Any, at: KeyPath) -> Any:
-        path = (*at, name)
-        present = dotted(name, path) if isinstance(name, str) and "." in name else _present_name(moved[at], name)
-        if present != name and "." not in name:
-            warn_of_old_name(f"{source}:{lines.get(path, 1)}", name, present)
-        moved[path] = (*moved[at], present)
-        return present
-
-    def dotted(text: str, at: KeyPath) -> str:
-        present = present_path(tuple(text.split(".")), f"{source}:{lines.get(at, 1)}") if "." in text else (text,)
-        return ".".join(map(str, present))
-
-    found = read(data, ())
+    found = _renamed(data, (), (), lambda path: f"{source}:{lines.get(path, 1)}", moved)
     return found, {moved[path]: line for path, line in lines.items()}
+
+
+def present_value(value: Any, path: KeyPath, where: str) -> Any:
+    """``value`` of the field at ``path`` with present names of the fields in it; ``where`` as :func:`present_path`."""
+    return _renamed(value, (), path, lambda _: where, {(): ()})
+
+
+def _renamed(
+    value: Any, at: KeyPath, above: KeyPath, where: Callable[[KeyPath], str], moved: dict[KeyPath, KeyPath]
+) -> Any:
+    """``value`` at ``at``, below the fields ``above``; ``moved`` takes the present path of each path in it."""
+    if isinstance(value, list):
+        moved |= {(*at, number): (*moved[at], number) for number in range(len(value))}
+        return [_renamed(inner, (*at, number), above, where, moved) for number, inner in enumerate(value)]
+    if not isinstance(value, dict):
+        is_field = isinstance(value, str) and value in _OLD_PATHS and isinstance(at[-1] if at else None, int)
+        return ".".join(map(str, present_path(tuple(value.split(".")), where(at)))) if is_field else value
+    found: dict[Any, Any] = {}
+    for name, inner in value.items():
+        path, present = (*at, name), name
+        if isinstance(name, str) and "." in name:
+            present = ".".join(map(str, present_path(tuple(name.split(".")), where(path))))
+        elif (present := _present_name((*above, *moved[at]), name)) != name:
+            warn_of_old_name(where(path), name, present)
+        if present in found or (present != name and present in value):
+            raise InputError(f"{where(path)}: {name} is the old name of {present}, which is stated too: keep {present}")
+        moved[path] = (*moved[at], present)
+        found[present] = _renamed(inner, path, above, where, moved)
+    return found
 
 
 def _present_name(holders: KeyPath, name: Any) -> Any:
     """``name`` of a field in ``holders``; what a fabric states below ``rigs`` are fields of a rig."""
-    holder = "rig" if "rigs" in holders else holders[-1] if holders else ""
-    return FIELDS.get((str(holder), name), name) if isinstance(name, str) else name
+    parts = [part for one in holders if isinstance(one, str) for part in one.split(".")]
+    holder = "rig" if "rigs" in parts else parts[-1] if parts else ""
+    present = FIELDS.get((holder, name), name) if isinstance(name, str) else name
+    return name if present != name and holder == "rig" and _is_field_of_a_rig(name) else present
+
+
+def _is_field_of_a_rig(name: str) -> bool:
+    """Tell whether a test, such as one of another package, has a field ``name`` of its rig today."""
+    from knittest.config.run import RUNS  # it reads YAML by this module
+
+    rigs: list[Any] = [run.model_fields["rig"].annotation for run in RUNS.values()]
+    return any(name in rig.model_fields for rig in rigs)

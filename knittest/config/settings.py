@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from knittest.base.errors import InputError
-from knittest.config.aliases import present_path
+from knittest.config.aliases import present_path, present_value
 from knittest.config.fields import field_at
 from knittest.config.yaml_loader import KeyPath, parse_value, value_excerpt
 
@@ -83,6 +83,8 @@ class Setting:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", present_path(self.path, self.said))
+        if isinstance(self.value, dict | list):
+            object.__setattr__(self, "value", present_value(self.value, self.path, self.said))
 
 
 def parse_set(text: str) -> Setting:

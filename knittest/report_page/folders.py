@@ -1,6 +1,7 @@
 """Finds run folders, and folders with run folders in them."""
 
 import re
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from pathlib import Path
 from knittest.base.errors import InputError
 from knittest.base.files import size_on_disk
 from knittest.base.result_rows import result_rows
+from knittest.config.aliases import OldNameWarning
 from knittest.config.yaml_loader import parse_document
 from knittest.export.lock import is_locked
 from knittest.report_page.files import Manifest, Reader, Summary
@@ -169,7 +171,8 @@ def _list_folder(path: Path) -> ListedFolder:
 
 def _planned_texts(path: Path) -> Iterator[str]:
     fields: dict[str, object] = {}
-    with suppress(OSError, InputError, UnicodeDecodeError):
+    with suppress(OSError, InputError, UnicodeDecodeError), warnings.catch_warnings():
+        warnings.simplefilter("ignore", OldNameWarning)  # an earlier version wrote them
         fields = parse_document((path / "config.yaml").read_text(encoding="utf-8"), "config.yaml").data
     for group, *names in (("rig", "kind"), ("fabric", "experiment_variant", "name"), ("model", "scale")):
         inner = fields.get(group)

@@ -1,9 +1,12 @@
 """Old names of fields and parameter sets: the run of the present names, and a warning with file and line."""
 
 import pytest
+from pydantic import BaseModel
 
+from knittest.base.errors import InputError
 from knittest.config.aliases import FIELDS, OldNameWarning
 from knittest.config.loading import resolve
+from knittest.config.run import RUNS
 from knittest.config.settings import parse_set
 from knittest.config.yaml_loader import load_yaml, parse_document
 
@@ -50,3 +53,36 @@ def test_present_names_give_no_warning_and_no_old_name_is_a_field(recwarn):
     parse_document("rig: {torn: 1}".replace("torn", "at_fracture"), "x")
     assert parse_set("model.scale=meso").path == ("model", "scale") and not recwarn.list
     assert not set(FIELDS.values()) & {old for _, old in FIELDS}
+
+
+def test_the_old_and_the_present_name_at_once_are_refused():
+    for text in ("rig:\n  slide: 1\n  max_slip: 3\n", "grid:\n  rig.max_slip: [3]\n  rig.slide: [1, 2]\n"):
+        with pytest.warns(OldNameWarning), pytest.raises(InputError, match=r"x:\d: (rig\.)?slide is the old name"):
+            parse_document(text, "x")
+
+
+def test_names_of_files_stay(recwarn):
+    text = "curve: shorter.csv\nfabric: rig.turns.csv\nfabrics: [differ.yaml, rig.turns.yaml]\nref: a. rig.torn\n"
+    assert list(parse_document(text, "x").data.values()) == [
+        "shorter.csv", "rig.turns.csv", ["differ.yaml", "rig.turns.yaml"], "a. rig.torn",
+    ]  # fmt: skip
+    assert not recwarn.list
+
+
+def test_mappings_given_as_values_have_present_names_too():
+    with pytest.warns(OldNameWarning):
+        assert parse_set("solver={max_drag: 3}").value == {"max_damping_force": 3}
+        assert parse_set("rig.holder={drag: 3}").value == {"damping_rate": 3}
+        grid = parse_document("grid: {fabric.knitting: [{draw_in: 1}]}", "x").data["grid"]
+    assert grid == {"fabric.knitting": [{"loop_shortening": 1}]}
+
+
+def test_a_field_that_another_package_calls_so_keeps_its_name(monkeypatch, recwarn):
+    class Own(BaseModel):
+        turns: int
+
+    class OwnRun(BaseModel):
+        rig: Own
+
+    monkeypatch.setattr("knittest.config.run.RUNS", {**RUNS, "own": OwnRun})
+    assert parse_set("rig.turns=2").path == ("rig", "turns") and not recwarn.list
