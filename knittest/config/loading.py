@@ -214,6 +214,10 @@ def _lay_all(document: Document, source: FabricSource, settings: list[Setting], 
     _lay_rig_defaults(layers, kind, direction, stated)
     _refuse_shadowed_preset(document, layers, preset, kind)
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
+    for key, value in rest.items():
+        if isinstance(layers.get((key,)), dict) and not isinstance(value, dict):
+            where = document.where((key,))
+            raise InputError(f"{where}: {key} = {value_excerpt(value)}: expected a mapping with fields")
     layers.lay(rest, document.where)
     for setting in settings:
         lay_setting(layers, setting)

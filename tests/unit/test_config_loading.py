@@ -151,3 +151,11 @@ def test_options_state_the_fields_that_they_name():
         "meso", "weft", "quick", "as-measured",
     )  # fmt: skip
     assert (run.variability.specimens, run.variability.seed) == (3, 5)
+
+
+@pytest.mark.parametrize("value", ["5", "[1]", ""])
+def test_a_section_that_is_no_mapping_is_refused(tmp_path, value):
+    """It took the settings of the preset away, and the run went on with defaults."""
+    (tmp_path / "r.yaml").write_text(f"solver: {{speed: 1}}\nrig: {value}\n")
+    with pytest.raises(InputError, match=r"r\.yaml:2: rig = .*: expected a mapping with fields"):
+        resolve(variant="1", config=tmp_path / "r.yaml")
