@@ -41,11 +41,11 @@ def relax(**which: Any) -> None:
     scatter = f" ± {stated.sd:g}" if stated.sd else ""
     rows = (
         ("fabric", run.fabric.name),
-        ("cell", f"{cell.spec.wale:.4f} x {cell.spec.course:.4f} mm"),
+        ("cell", f"{cell.spec.size[0]:.4f} x {cell.spec.size[1]:.4f} mm"),
         ("thickness", f"{cell.thickness:.3f} mm ({stated.source} {stated.value:g}{scatter} mm)"),
         ("loop length", f"{cell.spec.loop_length:g} mm, met within {100 * abs(cell.length_error):.3f} %"),
         ("Munden's Kc, Ks", str(Munden.of(cell.spec))),
-        ("crimp warp, weft", f"{100 * cell.crimp('warp'):.3f} %, {100 * cell.crimp('weft'):.3f} %"),
+        *((f"crimp {one.name}", f"{100 * cell.crimp(one.name):.3f} %") for one in cell.spec.layers),
         ("penetration / radius", f"{100 * cell.deepest:.2f} %; during relaxation at most {100 * cell.worst:.0f} %"),
         ("residual force", f"{cell.residual:.1e} N after {cell.iterations} iterations"),
         ("interlacing", "checked: layers and loops are in the right order"),

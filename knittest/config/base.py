@@ -1,5 +1,6 @@
 """Base of all config models: strict fields with unit, bounds and plausibility band; their numbers in kernel units."""
 
+from collections.abc import Mapping
 from operator import ge, gt, le
 from typing import Annotated, Any, Generic, Literal, NamedTuple, Self, TypeVar, overload
 
@@ -205,10 +206,16 @@ class Quantity(BaseModel):
 
 
 class PerDirection(Strict):
-    """Quantity for each direction, in the unit of the field."""
+    """Quantity for each direction, in the unit of the field; one number stands for both."""
 
     warp: Quantity
     weft: Quantity
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_one(cls, data: object) -> Any:
+        single = isinstance(data, int | float) and not isinstance(data, bool)
+        return {"warp": data, "weft": data} if single or (isinstance(data, Mapping) and "value" in data) else data
 
     def of(self, direction: str) -> Quantity:
         """Return the quantity of ``direction``; raise ``KeyError`` unless it is warp or weft."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field, ValidationError, WrapValidator, model_validator
 
@@ -29,15 +29,15 @@ from knittest.config.laws import (
     YarnContact,
     check_points,
 )
+from knittest.config.structure import Direction, InlayLayer, Inlays, grid_of, inlays_of, repeat_of
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn, strength_of
 from knittest.config.yarn_card import derived_entry, is_filled, number_of
 
-Direction = Literal["warp", "weft"]
 #: measured area mass over that of the yarns; beyond, densities, loop length or tex are of another fabric
 AREA_MASS = (0.5, 2.0)
-#: largest loop length over the way round its cell and once round an inlay and a knitting yarn
+#: largest loop length over the way round its cell and once round half the layers of inlays and a knitting yarn
 LOOP_LENGTH = 3.0
-#: smallest thickness over two inlays, and largest over two inlays and two knitting yarns
+#: smallest thickness over the layers of inlays, and largest over these and two knitting yarns
 THICKNESS = (0.5, 3.0)
 
 
@@ -123,27 +123,35 @@ class MacroMaterial(Strict):
 CARD = ("tension", "bending_stiffness", "shear")
 
 #: fields that a fabric for the macro scale may leave out
-YARN_LEVEL = ("loop_length", "reinforcing", "knitting", "contact")
+YARN_LEVEL = ("loop_length", "layers", "reinforcing", "knitting", "contact")
 
 
 class Fabric(Strict):
-    """Biaxial weft-knitted fabric; without loops and yarns, any reinforcement at the macro scale."""
+    """Weft-knitted fabric with layers of inlays or none; without loops and yarns, any reinforcement at the macro scale."""
 
     name: str = Field(description="short name, for file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
     title: str = Field("", description="one line for reports")
-    warp_density: Quantity = measure("yarn/100 mm", "warp yarns (wales) per width", gt=0, band=(5, 200))
+    warp_density: Quantity = measure("yarn/100 mm", "wales per width", gt=0, band=(5, 200))
     warp_density_per_mm: ClassVar[Kernel[float]] = Kernel("warp_density")
-    weft_density: Quantity = measure("yarn/100 mm", "weft yarns (courses) per length", gt=0, band=(5, 200))
+    weft_density: Quantity = measure("yarn/100 mm", "courses per length", gt=0, band=(5, 200))
     weft_density_per_mm: ClassVar[Kernel[float]] = Kernel("weft_density")
     loop_length: Annotated[Quantity, Absent] = number(
         None, "mm", "length of the knitting yarn in one loop", gt=0, band=(1, 100)
     )
     loop_length_mm: ClassVar[Kernel[float]] = Kernel("loop_length")
+    stitches: list[str] = Field(
+        ["k"], description="stitches of a repeat: a row of k (knit) and p (purl) for each course, first course first; "
+        "[k] is plain jersey, [kp] rib 1x1",
+    )  # fmt: skip
+    layers: list[InlayLayer] | None = Field(
+        None, description="layers of inlays from back to face; []: no inlays; none: a warp in every wale behind a weft "
+        "in every course, both of reinforcing",
+    )  # fmt: skip
     area_mass: Quantity = measure("g/m2", "mass per area", gt=0, band=(20, 20000))
     area_mass_g_per_mm2: ClassVar[Kernel[float]] = Kernel("area_mass")
     thickness: Quantity = measure("mm", "thickness of the fabric", gt=0, band=(0.1, 30))
     thickness_mm: ClassVar[Kernel[float]] = Kernel("thickness")
-    reinforcing: Annotated[ReinforcingYarn, Absent] = _optional_quantity("yarn of the warp and weft inlays")
+    reinforcing: Annotated[ReinforcingYarn, Absent] = _optional_quantity("yarn of the inlays")
     knitting: Annotated[KnittingYarn, Absent] = _optional_quantity("knitting yarn, which forms the loops")
     contact: Annotated[YarnContact, Absent] = _optional_quantity(
         "yarn-yarn contact; none: derived from the knitting yarn"
@@ -168,23 +176,28 @@ class Fabric(Strict):
             return data
         needed = [name for name in ("area_mass", "thickness") if name not in data or is_filled(data[name])]
         try:
-            inlay = ReinforcingYarn.model_validate(data["reinforcing"])
-            loop = KnittingYarn.model_validate(data["knitting"])
-            numbers: dict[str, Any] = {
-                name: Quantity.model_validate(data[name]) for name in ("warp_density", "weft_density", "loop_length")
+            inlay = data.get("reinforcing")
+            layers = data.get("layers")
+            made: dict[str, Any] = {
+                "reinforcing": None if inlay is None else ReinforcingYarn.model_validate(inlay),
+                "knitting": KnittingYarn.model_validate(data["knitting"]),
+                "layers": None if layers is None else [InlayLayer.model_validate(layer) for layer in layers],
+                "stitches": data.get("stitches", ["k"]),
             }
-        except (KeyError, ValidationError):  # the fields themselves say what is wrong
+            made |= {n: Quantity.model_validate(data[n]) for n in ("warp_density", "weft_density", "loop_length")}
+            fabric = cls.model_construct(**made)
+            yarns = [*(layer.yarn for layer in fabric.inlays), fabric.knitting]
+        except (KeyError, TypeError, ValidationError, BoundsError):  # the fields themselves say what is wrong
             return data
-        if inlay.fibre is None or loop.fibre is None:
+        if (fabric.layers is None and fabric.reinforcing is None) or any(yarn.fibre is None for yarn in yarns):
             return data
-        made = mass_and_thickness(cls.model_construct(reinforcing=inlay, knitting=loop, **numbers))
-        return {**data, **{name: entry for name, entry in made.items() if name in needed}}
+        return {**data, **{name: entry for name, entry in mass_and_thickness(fabric).items() if name in needed}}
 
     @model_validator(mode="before")
     @classmethod
     def _contact_follows_its_yarns(cls, data: object) -> Any:
         """Derive the yarn contact from the knitting yarn where it is not given."""
-        if not isinstance(data, Mapping) or data.get("reinforcing") is None or data.get("knitting") is None:
+        if not isinstance(data, Mapping) or data.get("knitting") is None:
             return data
         contact = data.get("contact")
         contact = {} if contact is None else contact.model_dump() if isinstance(contact, YarnContact) else contact
@@ -199,6 +212,7 @@ class Fabric(Strict):
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
+        repeat_of(grid_of(self.stitches), self.inlays)
         for check in (_check_loop, _check_area_mass, _check_thickness, _check_patch, _check_sections):
             check(self)
         if self.experiment is not None and self.experiment_variant is None:
@@ -206,18 +220,51 @@ class Fabric(Strict):
         return self
 
     @property
+    def grid(self) -> tuple[tuple[int, ...], ...]:
+        """Sides of the stitches by course and wale: 1 face (knit), -1 back (purl)."""
+        return grid_of(self.stitches)
+
+    @property
+    def inlays(self) -> list[Inlays]:
+        """Systems of inlays from back to face; raises :class:`BoundsError` for a layer without a yarn."""
+        return inlays_of(self.layers, self.reinforcing)
+
+    def inlays_along(self, direction: str) -> list[Inlays]:
+        """Systems of inlays of ``direction``."""
+        return [one for one in self.inlays if one.direction == direction]
+
+    def inlays_of_system(self, name: str) -> Inlays:
+        """System of inlays called ``name``."""
+        return next(one for one in self.inlays if one.name == name)
+
+    def inlay_density_per_mm(self, direction: str) -> float:
+        """Inlays of ``direction`` per length across them [1/mm], those of all layers."""
+        return sum(one.share for one in self.inlays_along(direction)) * self.density_per_mm.of(direction)
+
+    @property
+    def has_yarns(self) -> bool:
+        """Tell whether loops and yarns are described."""
+        return not self.missing_yarns
+
+    @property
+    def missing_yarns(self) -> list[str]:
+        """Fields of loops and yarns that the meso scale needs and that are not given."""
+        absent = {"loop_length", "knitting", "contact"} | ({"reinforcing"} if self.layers is None else set())
+        return [name for name in YARN_LEVEL if name in absent and getattr(self, name) is None]
+
+    @property
     def wale_spacing(self) -> float:
-        """Distance between wales, and between warp yarns [mm]."""
+        """Distance between wales [mm]."""
         return 1.0 / self.warp_density_per_mm
 
     @property
     def course_spacing(self) -> float:
-        """Distance between courses, and between weft yarns [mm]."""
+        """Distance between courses [mm]."""
         return 1.0 / self.weft_density_per_mm
 
     @property
     def density_per_mm(self) -> DirectionalNumber:
-        """Yarns per length [1/mm] of each direction."""
+        """Wales (warp) and courses (weft) per length [1/mm]."""
         return DirectionalNumber(self.warp_density_per_mm, self.weft_density_per_mm)
 
 
@@ -228,9 +275,10 @@ def _check_loop(fabric: Fabric) -> None:
     shortest = math.hypot(fabric.wale_spacing, 2.0 * fabric.course_spacing)
     if fabric.loop_length.value < shortest:
         raise BoundsError(f"must be more than {shortest:.3g} mm to span its cell at these densities", "loop_length")
-    if fabric.reinforcing is None or fabric.knitting is None:
+    if not fabric.has_yarns or fabric.knitting is None:
         return
-    around = math.pi * (fabric.reinforcing.beam_diameter.value + fabric.knitting.beam_diameter.value)
+    half = 0.5 * sum(one.yarn.beam_diameter.value for one in fabric.inlays)
+    around = math.pi * (half + fabric.knitting.beam_diameter.value)
     if fabric.loop_length.value > LOOP_LENGTH * (shortest + around):
         raise BoundsError(
             f"implausible at these densities and diameters, expected at most {LOOP_LENGTH * (shortest + around):.3g} "
@@ -258,24 +306,28 @@ def makes_mass(fabric: Fabric, area_mass: float) -> bool:
 
 def yarn_area_mass(fabric: Fabric) -> float | None:
     """Area mass [g/m2] of the yarns: densities x linear densities with crimp, and one loop per cell; None without."""
-    if fabric.loop_length is None or fabric.reinforcing is None or fabric.knitting is None:
+    if fabric.loop_length is None or fabric.knitting is None or (fabric.layers is None and fabric.reinforcing is None):
         return None
-    inlay, loop = fabric.reinforcing.linear_density_g_per_mm, fabric.knitting.linear_density_g_per_mm
-    straight = sum(
-        fabric.density_per_mm.of(d) * (1.0 + fabric.reinforcing.crimp_fraction.of(d)) for d in ("warp", "weft")
+    inlays = sum(
+        fabric.density_per_mm.of(one.direction) * one.share * (1.0 + one.crimp) * one.yarn.linear_density_g_per_mm
+        for one in fabric.inlays
     )
     loops = fabric.loop_length_mm / (fabric.wale_spacing * fabric.course_spacing)
-    return 1e6 * (straight * inlay + loops * loop)
+    return 1e6 * (inlays + loops * fabric.knitting.linear_density_g_per_mm)
 
 
 def mass_and_thickness(fabric: Fabric) -> dict[str, dict[str, Any]]:
     """Entries of area mass and thickness, from the yarns of ``fabric``."""
-    inlay, loop = fabric.reinforcing.beam_diameter.value, fabric.knitting.beam_diameter.value
+    inlays = sum(one.yarn.beam_diameter.value for one in fabric.inlays)
     return {
         "area_mass": derived_entry(
             yarn_area_mass(fabric) or 0.0, "g/m2", "densities x linear densities, and one loop per cell"
         ),
-        "thickness": derived_entry(2.0 * (inlay + loop), "mm", "two inlays and two knitting yarns, as circles"),
+        "thickness": derived_entry(
+            inlays + 2.0 * fabric.knitting.beam_diameter.value,
+            "mm",
+            "layers of inlays and two knitting yarns, as circles",
+        ),
     }
 
 
@@ -300,11 +352,11 @@ def contact_of(loop: KnittingYarn, stated: Mapping[str, Any]) -> dict[str, dict[
 
 
 def _check_thickness(fabric: Fabric) -> None:
-    """Check that the thickness is that of a warp and a weft inlay between loops."""
-    if fabric.reinforcing is None or fabric.knitting is None:
+    """Check that the thickness is that of the layers of inlays between loops."""
+    if not fabric.has_yarns or fabric.knitting is None:
         return
-    inlays = sum(fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft"))
-    low, high = THICKNESS[0] * inlays, THICKNESS[1] * (inlays + 2.0 * fabric.knitting.beam_diameter.value)
+    inlays, loop = sum(one.section_mm[1] for one in fabric.inlays), fabric.knitting.beam_diameter.value
+    low, high = THICKNESS[0] * max(inlays, loop), THICKNESS[1] * (inlays + 2.0 * loop)
     if not low <= fabric.thickness.value <= high:
         raise BoundsError(
             f"implausible, expected {low:.3g} to {high:.3g} mm for the diameters or section heights of the yarns",
@@ -325,12 +377,15 @@ def _check_patch(fabric: Fabric) -> None:
 
 def _check_sections(fabric: Fabric) -> None:
     """Check that elliptic inlays leave the loop its own diameter between them."""
-    if fabric.reinforcing is None or fabric.knitting is None or (section := fabric.reinforcing.section) is None:
+    if not fabric.has_yarns or fabric.knitting is None:
         return
-    _check_compaction(fabric, section)
-    pitches: dict[Direction, float] = {"warp": fabric.wale_spacing, "weft": fabric.course_spacing}
-    for direction, pitch in pitches.items():
-        width, height = fabric.reinforcing.ellipse_mm(section, direction)
+    pitches = {"warp": fabric.wale_spacing, "weft": fabric.course_spacing}
+    for one in fabric.inlays:
+        if (section := one.yarn.section) is None:
+            continue
+        _check_compaction(fabric, section, one.field)
+        pitch, direction = pitches[one.direction], one.direction
+        width, height = one.section_mm
         widest = pitch - fabric.knitting.beam_diameter.value
         if width > widest:
             ratio = widest**2 / (width * height)
@@ -339,11 +394,11 @@ def _check_sections(fabric: Fabric) -> None:
             raise BoundsError(
                 f"sections of {width:.3g} x {height:.3g} mm at a spacing of {pitch:.3g} mm leave no room for the loop, "
                 f"expected {less}",
-                f"reinforcing.section.width_to_height.{direction}",
+                f"{one.field}.section.width_to_height.{direction}",
             )
 
 
-def _check_compaction(fabric: Fabric, section: InlaySection) -> None:
+def _check_compaction(fabric: Fabric, section: InlaySection, field: str) -> None:
     """Check that sections flatten by the same law by which contact patches grow."""
     law, patch = section.flattening, None if fabric.contact is None else fabric.contact.patch
     if law is None or patch is None or (grown := patch.compaction) is None:
@@ -352,5 +407,5 @@ def _check_compaction(fabric: Fabric, section: InlaySection) -> None:
         raise BoundsError(
             f"modulus {law.modulus.value:g} MPa and exponent {law.exponent} differ from contact.patch.compaction "
             f"({grown.reinforcing.value:g} MPa, {grown.exponent}): expected the same law",
-            "reinforcing.section.flattening",
+            f"{field}.section.flattening",
         )

@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from knittest.base.kinds import Parts, kinds
 from knittest.config.base import BoundsError, Kernel, Strict, number
-from knittest.config.fabric import YARN_LEVEL, Fabric
+from knittest.config.fabric import Fabric
 from knittest.config.rigs import Rig
 
 Scale = Literal["macro", "meso"]
@@ -129,7 +129,7 @@ class Run(Strict):
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
-        missing, macro = [name for name in YARN_LEVEL if getattr(self.fabric, name) is None], self.fabric.macro
+        missing, macro = self.fabric.missing_yarns, self.fabric.macro
         if missing and self.model.scale == "meso":
             remedy = "" if macro.missing_card_parts else ", or use --scale macro"
             raise BoundsError(
@@ -162,7 +162,7 @@ class Run(Strict):
         if self.model.scale != "meso":
             return self
         fabric, meso = self.fabric, self.model.meso
-        thickness = min(fabric.reinforcing.section_mm(way)[1] for way in ("warp", "weft"))
+        thickness = min((one.section_mm[1] for one in fabric.inlays), default=fabric.knitting.beam_diameter_mm)
         pitch = max(fabric.wale_spacing, fabric.course_spacing)
         needed = 2 * round(0.5 * pitch / (LONGEST_BEAM * thickness))
         if needed <= meso.elements_per_wave:

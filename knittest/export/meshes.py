@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from knittest.base.errors import InputError
 from knittest.base.files import replace_file, resource_error, write_atomic
 from knittest.base.history import Array, Body, Frame, History, Mesh
-from knittest.fabric.cell import SYSTEMS, Cell
+from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, centre_lines
 
 Index = NDArray[np.int64]
@@ -121,12 +121,15 @@ def export_centre_lines(path: Path, cell: Cell, n_wales: int, n_courses: int) ->
 
 
 def _write_vtu(path: Path, paths: list[YarnPath], radius: dict[str, float]) -> None:
-    """Write a line cell per segment; ``part`` is 0 knit, 1 warp, 2 weft, ``yarn`` counts from 1, ``radius`` in mm."""
+    """Write a line cell per segment; ``part`` is 0 for the loops and counts the layers of inlays from 1, back to face;
+    ``yarn`` counts from 1, ``radius`` in mm.
+    """
+    systems = list(radius)
     counts = np.array([len(p.points) for p in paths])
     starts = np.cumsum(counts) - counts
     first = np.delete(np.arange(counts.sum()), starts[1:] - 1)[:-1]  # every point but the last of each yarn
     fields: dict[str, Any] = {
-        "part": [np.repeat([SYSTEMS.index(p.system) for p in paths], counts - 1)],
+        "part": [np.repeat([systems.index(p.system) for p in paths], counts - 1)],
         "yarn": [np.repeat([p.index + 1 for p in paths], counts - 1)],
     }
     points = np.vstack([p.points for p in paths])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from knittest.base.figure import current_printing, new_figure, save
 from knittest.base.history import Array, Frame, History, Mesh
 from knittest.config.fabric import Direction
+from knittest.config.structure import KNIT
 from knittest.export.shading import View, render_tubes
 from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, centre_lines
@@ -157,8 +158,8 @@ def _layout(box: View, zooms: bool) -> tuple["Figure", list["Axes"], list["Axes"
 def _colour_elements(mesh: Mesh, force: Array, scale: Scale) -> Array:
     """Colour of each element, (n_el, 3); a knitting yarn with negligible load is pale."""
     colour = scale.rgb(force)
-    if "knit" in mesh.part_names:
-        slack = (mesh.part == mesh.part_names.index("knit")) & (np.abs(force) < _NEGLIGIBLE * scale.largest)
+    if KNIT in mesh.part_names:
+        slack = (mesh.part == mesh.part_names.index(KNIT)) & (np.abs(force) < _NEGLIGIBLE * scale.largest)
         colour[slack] = _KNIT
     return colour
 
@@ -182,7 +183,7 @@ def _draw_elements(axes: "Axes", mesh: Mesh, frame: Frame, position: Array, colo
 def _broken_inlays(mesh: Mesh, frame: Frame) -> NDArray[np.bool_]:
     """Failed elements of warp and weft, (n_el,)."""
     dead = frame.fields["alive"] <= 0
-    return dead & (mesh.part != mesh.part_names.index("knit")) if "knit" in mesh.part_names else dead
+    return dead & (mesh.part != mesh.part_names.index(KNIT)) if KNIT in mesh.part_names else dead
 
 
 def _find_fracture(mesh: Mesh, broken: Frame, position: Array) -> Array:
@@ -286,7 +287,11 @@ _PIXEL = 0.02  # mm
 _CELLS = 4
 _FINER = 6  # the facets of an inclined yarn stay below a pixel
 _MARGIN = 3  # cells around those shown, so that no yarn ends in the picture
-_COLOUR = {"warp": (0.27, 0.27, 0.33), "weft": (0.30, 0.46, 0.78)}
+#: colours of the layers of inlays of each direction, from back to face
+_LAYER_COLOURS = {
+    "warp": ((0.27, 0.27, 0.33), (0.45, 0.33, 0.50)),
+    "weft": ((0.30, 0.46, 0.78), (0.25, 0.60, 0.55)),
+}
 _COURSES = ((0.95, 0.85, 0.55), (0.90, 0.55, 0.35))  # neighbouring courses differ, so that the loops can be followed
 #: name, turn about x and turn about y [rad]
 _VIEWS = (("face", 0.0, 0.0), ("back", 0.0, np.pi), ("oblique", -0.9, 0.5))
@@ -314,13 +319,22 @@ def cell_picture(path: Path, cell: Cell, title: str) -> None:
 def _yarn_segments(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Array, Array, Array]:
     """Start and end (n, 3) [mm], radius (n,) [mm] and colour (n, 3) of all segments of the yarns."""
     pieces = [len(p.points) - 1 for p in paths]
-    colours = [_COLOUR.get(p.system, _COURSES[p.index % 2]) for p in paths]
+    colours = [_colour(p) for p in paths]
     return (
         np.vstack([p.points[:-1] for p in paths]),
         np.vstack([p.points[1:] for p in paths]),
         np.repeat([radius[p.system] for p in paths], pieces),
         np.repeat(np.array(colours), pieces, axis=0),
     )
+
+
+def _colour(path: YarnPath) -> tuple[float, float, float]:
+    """Colour of a yarn: loops by their course, inlays by direction and layer."""
+    if path.system == KNIT:
+        return _COURSES[path.index % 2]
+    direction = path.system.rstrip("0123456789")
+    layers = _LAYER_COLOURS[direction]
+    return layers[(int(path.system[len(direction) :] or 1) - 1) % len(layers)]
 
 
 def _turn_matrix(about_x: float, about_y: float) -> Array:

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from dataclasses import asdict, dataclass
+from math import lcm
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,58 +17,84 @@ from knittest.base.cache import Damaged, cache_folder, checksum, load_cached, sa
 from knittest.base.history import RELAXED
 from knittest.base.progress import tell
 from knittest.config.fabric import Fabric
+from knittest.config.structure import KNIT, Direction
 from knittest.fabric.loop import polyline_length
 
-SYSTEMS = ("knit", "warp", "weft")
+
+@dataclass(frozen=True)
+class LayerSpec:
+    """One layer of inlays: ``width`` and ``height`` of its section [mm] (equal: a circle), crimp [-], EI [N mm^2].
+
+    ``pattern`` tells which wales (warp) or courses (weft) have an inlay.
+    """
+
+    name: str
+    direction: Direction
+    width: float
+    height: float
+    crimp: float
+    bending: float
+    pattern: tuple[bool, ...] = (True,)
+
+    @property
+    def half_axes(self) -> tuple[float, float]:
+        """Half width and half height [mm]."""
+        return 0.5 * self.width, 0.5 * self.height
 
 
 @dataclass(frozen=True)
 class CellSpec:
-    """Inputs of the relaxation: spacings, lengths and diameters [mm], crimps [-], bending stiffnesses [N mm^2].
+    """Inputs of the relaxation: spacings of wales and courses, lengths and diameters [mm], bending stiffness [N mm^2].
 
-    ``warp`` and ``weft`` are width and height [mm] of inlays whose section is an ellipse that lies flat, None where it
-    is the circle of ``diameter``.
+    ``layers`` are the inlays from back to face. ``stitches`` are the sides of the stitches by course and wale, 1 face
+    (knit), -1 back (purl).
     """
 
     wale: float
     course: float
     loop_length: float
-    diameter: float
     knit_diameter: float
-    crimp_warp: float
-    crimp_weft: float
-    bending_warp: float
-    bending_weft: float
     bending_knit: float
-    warp: tuple[float, float] | None = None
-    weft: tuple[float, float] | None = None
+    layers: tuple[LayerSpec, ...] = ()
+    stitches: tuple[tuple[int, ...], ...] = ((1,),)
 
     @classmethod
     def of(cls, fabric: Fabric) -> "CellSpec":
         """The cell of a fabric."""
-        yarn, knit = fabric.reinforcing, fabric.knitting
+        knit = fabric.knitting
         return cls(
             wale=fabric.wale_spacing,
             course=fabric.course_spacing,
             loop_length=fabric.loop_length_mm,
-            diameter=yarn.beam_diameter_mm,
             knit_diameter=knit.beam_diameter_mm,
-            crimp_warp=yarn.crimp_fraction.warp,
-            crimp_weft=yarn.crimp_fraction.weft,
-            bending_warp=yarn.bending_stiffness_n_mm2.warp,
-            bending_weft=yarn.bending_stiffness_n_mm2.weft,
             bending_knit=knit.bending_stiffness_n_mm2,
-            warp=None if yarn.section is None else yarn.ellipse_mm(yarn.section, "warp"),
-            weft=None if yarn.section is None else yarn.ellipse_mm(yarn.section, "weft"),
+            layers=tuple(
+                LayerSpec(i.name, i.direction, *i.section_mm, i.crimp, i.bending, i.pattern) for i in fabric.inlays
+            ),
+            stitches=fabric.grid,
         )
+
+    @property
+    def repeat(self) -> tuple[int, int]:
+        """Wales and courses after which the structure repeats."""
+        wales = lcm(len(self.stitches[0]), *(len(one.pattern) for one in self.layers if one.direction == "warp"))
+        return wales, lcm(len(self.stitches), *(len(one.pattern) for one in self.layers if one.direction == "weft"))
+
+    @property
+    def size(self) -> Array:
+        """Extent (2,) [mm] of the cell along x and y."""
+        return np.array(self.repeat) * [self.wale, self.course]
+
+    @property
+    def systems(self) -> tuple[str, ...]:
+        """Names of the yarn systems: the loops, and the layers from back to face."""
+        return (KNIT, *(one.name for one in self.layers))
 
     @property
     def half_axes(self) -> dict[str, tuple[float, float]]:
         """Half width and half height [mm] of each yarn system, equal for circles."""
-        circle = (self.diameter, self.diameter)
-        sizes = {"knit": (self.knit_diameter, self.knit_diameter), "warp": self.warp or circle}
-        sizes["weft"] = self.weft or circle
-        return {system: (0.5 * width, 0.5 * height) for system, (width, height) in sizes.items()}
+        knit = 0.5 * self.knit_diameter
+        return {KNIT: (knit, knit)} | {one.name: one.half_axes for one in self.layers}
 
     @property
     def radius(self) -> dict[str, float]:
@@ -76,49 +103,84 @@ class CellSpec:
 
     @property
     def height(self) -> float:
-        """Mean height [mm] of the inlays."""
-        return self.half_axes["warp"][1] + self.half_axes["weft"][1]
+        """Half the sum of the heights [mm] of all layers."""
+        return sum(one.half_axes[1] for one in self.layers)
 
     @property
-    def periods(self) -> dict[str, Array]:
-        """Period vector [mm], (3,), of each yarn system: knit and weft run along x, warp along y."""
-        along_x, along_y = np.array([self.wale, 0.0, 0.0]), np.array([0.0, self.course, 0.0])
-        return {"knit": along_x, "warp": along_y, "weft": along_x}
+    def is_plain(self) -> bool:
+        """Tell whether all stitches are knit."""
+        return all(side > 0 for row in self.stitches for side in row)
+
+    def side(self, wale: int, course: int) -> int:
+        """Side of a stitch: 1 face, -1 back."""
+        row = self.stitches[course % len(self.stitches)]
+        return row[wale % len(row)]
+
+    def axis(self, system: str) -> int:
+        """Axis along which the yarns of ``system`` run: 0 (x) loops and weft, 1 (y) warp."""
+        return int(any(one.name == system and one.direction == "warp" for one in self.layers))
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Centre-line of one yarn over its ``period`` (3,) [mm]: ``points`` (n, 3), the last one step before the end.
+
+    ``index`` is the course of loops and weft and the wale of warp, counted from the corner of the cell.
+    """
+
+    system: str
+    index: int
+    points: Array
+    period: Array
+
+    @property
+    def closed(self) -> Array:
+        """Points [mm], (n + 1, 3), up to and including the end of the period."""
+        return np.vstack([self.points, self.points[:1] + self.period])
+
+    @property
+    def length(self) -> float:
+        """Arc length of one period [mm]."""
+        return polyline_length(self.closed)
 
 
 @dataclass(frozen=True)
 class Cell:
-    """Relaxed centre-lines over one period [mm], (n, 3): knit from sinker arc to sinker arc, warp, weft.
+    """Relaxed centre-lines of a repeat: the courses of loops, then the layers of inlays from back to face.
 
-    The last point of each is one step before the period ends. The warp lies at x = W/2 on average, the needle arc at
-    x = 0, the weft at y = 0 and the middle of the thickness at z = 0. Penetrations are over the smaller radius [-]:
-    ``deepest`` at rest and ``worst`` on the way; ``residual`` largest nodal force at rest [N]; ``iterations`` spent.
+    Warp w lies at x = (w + 1/2) W on average, the needle arc of wale w at x = w W, weft c at y = c C and the middle of
+    the thickness at z = 0. Penetrations are over the smaller radius [-]: ``deepest`` at rest and ``worst`` on the way;
+    ``residual`` largest nodal force at rest [N]; ``iterations`` spent.
     """
 
     spec: CellSpec
-    knit: Array
-    warp: Array
-    weft: Array
+    curves: tuple[Curve, ...]
     deepest: float
     worst: float
     residual: float
     iterations: int
 
-    @property
-    def periods(self) -> dict[str, Array]:
-        """Period vector [mm], (3,), of each yarn system."""
-        return self.spec.periods
-
-    def closed_curve(self, system: str) -> Array:
-        """Centre-line [mm], (n + 1, 3), of ``system`` up to and including the end of its period."""
-        curve: Array = getattr(self, system)
-        return np.vstack([curve, curve[:1] + self.periods[system]])
+    def of(self, system: str) -> list[Curve]:
+        """Centre-lines of the yarns of ``system``."""
+        return [one for one in self.curves if one.system == system]
 
     @property
     def faces(self) -> tuple[float, float]:
         """Lowest and highest yarn surface [mm]."""
-        curves = [(getattr(self, s)[:, 2], self.spec.half_axes[s][1]) for s in SYSTEMS]
+        curves = [(one.points[:, 2], self.spec.half_axes[one.system][1]) for one in self.curves]
         return float(min(z.min() - r for z, r in curves)), float(max(z.max() + r for z, r in curves))
+
+    @property
+    def layer_faces(self) -> tuple[float, float]:
+        """Lowest and highest surface [mm] of the inlays; both in the middle of the loops where there are none."""
+        curves = [(one.points[:, 2], self.spec.half_axes[one.system][1]) for one in self.curves if one.system != KNIT]
+        if not curves:
+            return 0.0, 0.0
+        return float(min(z.min() - r for z, r in curves)), float(max(z.max() + r for z, r in curves))
+
+    def place_name(self, curve: Curve) -> str:
+        """Name of the wale or course of ``curve``, counted from 1."""
+        return f"{'wale' if self.spec.axis(curve.system) else 'course'} {curve.index + 1}"
 
     @property
     def thickness(self) -> float:
@@ -126,13 +188,24 @@ class Cell:
         return self.faces[1] - self.faces[0]
 
     @property
+    def loop_length(self) -> float:
+        """Mean length [mm] of a loop."""
+        return self.length(KNIT) / math.prod(self.spec.repeat)
+
+    @property
     def length_error(self) -> float:
-        """Relative deviation of the loop length [-]."""
-        return polyline_length(self.closed_curve("knit")) / self.spec.loop_length - 1.0
+        """Relative deviation [-] of the mean loop length of a course, the largest of all courses."""
+        wanted = self.spec.repeat[0] * self.spec.loop_length
+        return max((one.length / wanted - 1.0 for one in self.of(KNIT)), key=abs)
+
+    def length(self, system: str) -> float:
+        """Length [mm] of all yarns of ``system`` in the cell."""
+        return sum(one.length for one in self.of(system))
 
     def crimp(self, system: str) -> float:
-        """Extra length of a relaxed warp or weft over its period [-]."""
-        return polyline_length(self.closed_curve(system)) / float(np.linalg.norm(self.periods[system])) - 1.0
+        """Extra length of relaxed inlays of ``system`` over their period [-]."""
+        curves = self.of(system)
+        return self.length(system) / sum(float(np.linalg.norm(one.period)) for one in curves) - 1.0
 
 
 # Relaxed cells on disk, keyed by their inputs and by the sources that relaxed them, with a checksum inside.
@@ -178,16 +251,36 @@ def cell_digest(cell: Cell) -> str:
 
 def _cell(spec: CellSpec, arrays: dict[str, np.ndarray]) -> Cell:
     """Cell from its ``arrays``; raises :class:`Damaged` for invalid ones."""
-    curves = [np.asarray(arrays[s], dtype=np.float64) for s in SYSTEMS]
-    if any(c.ndim != 2 or c.shape[1] != 3 or len(c) < 4 or not np.isfinite(c).all() for c in curves):
-        raise Damaged("no centre-lines of three yarn systems")
-    knit, warp, weft = curves
+    curves = []
+    for system, index in curve_names(spec):
+        points = np.asarray(arrays[f"{system}-{index}"], dtype=np.float64)
+        if points.ndim != 2 or points.shape[1] != 3 or len(points) < 4 or not np.isfinite(points).all():
+            raise Damaged(f"no centre-line of {system} {index}")
+        curves.append(Curve(system, index, points, period_of(spec, system)))
     deepest, worst, residual, iterations = (float(arrays[name]) for name in NUMBERS)
-    return Cell(spec, knit, warp, weft, deepest, worst, residual, int(iterations))
+    return Cell(spec, tuple(curves), deepest, worst, residual, int(iterations))
 
 
 def _arrays(cell: Cell) -> dict[str, Any]:
-    return {name: np.asarray(getattr(cell, name)) for name in (*SYSTEMS, *NUMBERS)}
+    curves = {f"{one.system}-{one.index}": one.points for one in cell.curves}
+    return curves | {name: np.asarray(getattr(cell, name)) for name in NUMBERS}
+
+
+def curve_names(spec: CellSpec) -> list[tuple[str, int]]:
+    """System and index of the yarns of a cell, in the order of :attr:`Cell.curves`."""
+    wales, courses = spec.repeat
+    found = [(KNIT, course) for course in range(courses)]
+    for one in spec.layers:
+        count = wales if one.direction == "warp" else courses
+        found += [(one.name, k) for k in range(count) if one.pattern[k % len(one.pattern)]]
+    return found
+
+
+def period_of(spec: CellSpec, system: str) -> Array:
+    """Period vector (3,) [mm] of the yarns of ``system``."""
+    axis, period = spec.axis(system), np.zeros(3)
+    period[axis] = spec.size[axis]
+    return period
 
 
 def _key(spec: CellSpec) -> str:

@@ -1,7 +1,8 @@
-"""Relaxation of one periodic cell (one loop, one warp, one weft) from harmonic curves to a shape without penetration;
+"""Relaxation of one periodic cell, a repeat of loops and inlays, from start curves to a shape without penetration;
 cached by its inputs.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -13,8 +14,19 @@ import numpy as np
 from knittest.base.arrays import Array
 from knittest.base.errors import InputError, NumericalError
 from knittest.config.fabric import Fabric
-from knittest.fabric.cell import STITCHES, SYSTEMS, Cell, CellSpec, load_cell, save_cell
-from knittest.fabric.loop import arc_length, polyline_length, start_loop
+from knittest.config.structure import KNIT
+from knittest.fabric.cell import (
+    STITCHES,
+    Cell,
+    CellSpec,
+    Curve,
+    LayerSpec,
+    curve_names,
+    load_cell,
+    period_of,
+    save_cell,
+)
+from knittest.fabric.loop import StitchLoops, arc_length, polyline_length, start_loop
 from knittest.fabric.topology import check_topology
 
 if TYPE_CHECKING:
@@ -23,6 +35,8 @@ if TYPE_CHECKING:
 
 #: nodes in one loop and in one wave while relaxing
 LOOP_NODES, WAVE_NODES = 64, 16
+#: place of wefts in the start curve of loops of any stitches, from the middle of their course, over the course spacing
+WEFT_LEVEL = 0.03
 #: stretching stiffness while relaxing [N]: far softer than the yarns, so that bending and contact set the time scale
 STRETCHING = 300.0
 #: neighbours along a yarn within this share of a half turn around it plus a margin [mm] do not touch
@@ -43,36 +57,90 @@ def wave_amplitude(crimp: float, wavelength: float) -> float:
 
 
 def start_curves(spec: CellSpec, finer: float = 1.0) -> list[Array]:
-    """Centre-lines [mm] of knit, warp and weft, each (n, 3), interlaced but not free of penetration, of ``finer`` times
-    as many nodes.
+    """Centre-lines [mm], each (n, 3), in the order of :func:`curve_names`, interlaced but not free of penetration, of
+    ``finer`` times as many nodes.
 
-    The waves are in phase: the warp is furthest back where the weft crosses, the weft furthest forward over the warp.
+    Inlays have waves of their crimp. They are furthest back or forward where they cross the neighbouring layer.
     """
-    loop = start_loop(spec.wale, spec.course, spec.loop_length, 0.5 * (spec.height + spec.knit_diameter))
-    knit = _resample(loop.points(np.linspace(0.0, 2.0 * np.pi, 2001)), round(finer * LOOP_NODES))
-    nodes = round(finer * WAVE_NODES)
-    turn = 2.0 * np.pi * (np.arange(nodes) / nodes - 0.5)
-    side = np.full(nodes, 1.0)
-    back = -wave_amplitude(spec.crimp_warp, spec.course) * np.cos(turn)
-    warp = np.column_stack([0.5 * spec.wale * side, spec.course * turn / (2.0 * np.pi) + loop.weft, back])
-    forth = -wave_amplitude(spec.crimp_weft, spec.wale) * np.cos(turn)
-    weft = np.column_stack([spec.wale * turn / (2.0 * np.pi), loop.weft * side, spec.height + forth])
-    return [knit, warp, weft]
+    nodes = round(finer * LOOP_NODES) * spec.repeat[0]
+    if is_biaxial(spec):
+        loop = start_loop(spec.wale, spec.course, spec.loop_length, 0.5 * (spec.height + spec.knit_diameter))
+        courses, weft, levels = [loop.points(np.linspace(0.0, 2.0 * np.pi, 2001))], loop.weft, [0.0, spec.height]
+    else:
+        sides = np.array([[spec.side(i, j) for i in range(spec.repeat[0])] for j in range(spec.repeat[1])], float)
+        layers, warps = 2.0 * spec.height, any(one.direction == "warp" for one in spec.layers)
+        loops = StitchLoops.of(spec.wale, spec.course, layers, 0.5 * spec.knit_diameter, sides, warps)
+        courses, weft = loops.of_length(spec.loop_length), WEFT_LEVEL * spec.course
+        top = np.cumsum([one.height for one in spec.layers])
+        levels = [float(t - 0.5 * one.height - 0.5 * layers) for t, one in zip(top, spec.layers, strict=True)]
+    found = []
+    for system, index in curve_names(spec):
+        if system == KNIT:
+            found.append(_resample(courses[index], nodes) + np.array([0.0, index * spec.course, 0.0]))
+        else:
+            number = spec.systems.index(system) - 1
+            found.append(_start_inlay(spec, number, index, levels[number], weft, round(finer * WAVE_NODES)))
+    return found
+
+
+def is_biaxial(spec: CellSpec) -> bool:
+    """Tell whether the structure is plain knit with a weft in every course before a warp in every wale.
+
+    Its start curve is the harmonic one, whose relaxed cells the stored results of the two published fabrics rest on.
+    """
+    both = [one.direction for one in spec.layers] == ["warp", "weft"]
+    return both and spec.stitches == ((1,),) and spec.repeat == (1, 1)
+
+
+def _start_inlay(spec: CellSpec, number: int, index: int, level: float, weft: float, nodes: int) -> Array:
+    """Centre-line [mm], (n, 3), of inlay ``index`` of layer ``number`` at height ``level``, ``nodes`` to a pitch."""
+    layer, along_wales = spec.layers[number], spec.layers[number].direction == "warp"
+    pitch, pitches = (spec.course, spec.repeat[1]) if along_wales else (spec.wale, spec.repeat[0])
+    turn = 2.0 * np.pi * (np.arange(nodes * pitches) / nodes - 0.5)
+    other, before = _neighbour(spec, number)
+    step = 1 if other is None or sum(other.pattern) > 1 else len(other.pattern)
+    if step == 1:  # 1 where it crosses a yarn of the neighbouring layer
+        wave = np.cos(turn) if along_wales else -np.cos(turn)
+    else:
+        wave = np.cos((turn if along_wales else turn - np.pi) / step - 2.0 * np.pi * _first(other) / step)
+    wave = (-1.0 if before else 1.0) * wave_amplitude(layer.crimp, step * pitch) * wave
+    side = np.full(nodes * pitches, 1.0)
+    if along_wales:
+        return np.column_stack(
+            [(index + 0.5) * spec.wale * side, spec.course * turn / (2.0 * np.pi) + weft, level + wave]
+        )
+    return np.column_stack([spec.wale * turn / (2.0 * np.pi), index * spec.course + weft * side, level + wave])
+
+
+def _neighbour(spec: CellSpec, number: int) -> tuple[LayerSpec | None, bool]:
+    """Nearest layer of the other direction and whether it lies in front; without one, as if loops lay behind a weft."""
+    layer = spec.layers[number]
+    others = [k for k, one in enumerate(spec.layers) if one.direction != layer.direction]
+    if not others:
+        return None, layer.direction == "warp"
+    nearest = min(others, key=lambda k: abs(k - number))
+    return spec.layers[nearest], nearest > number
+
+
+def _first(layer: LayerSpec | None) -> int:
+    """First wale or course of ``layer`` that has an inlay."""
+    return 0 if layer is None else layer.pattern.index(True)
 
 
 def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
-    """Kernel arrays of knit, warp and weft whose rest lengths are those of ``curves``.
+    """Kernel arrays of the yarns in the order of :func:`curve_names`, whose rest lengths are those of ``curves``.
 
-    The loop is bent from a straight yarn; the curves of warp and weft are their rest shape.
+    Loops are bent from a straight yarn; the curves of inlays are their rest shape.
     """
     from knittest.kernels.relaxation import Yarns
 
-    counts = np.array([len(c) for c in curves])
-    first, chain = np.cumsum(counts) - counts, np.repeat(np.arange(3), counts)
+    counts, systems = np.array([len(c) for c in curves]), [system for system, _ in curve_names(spec)]
+    first, chain = np.cumsum(counts) - counts, np.repeat(np.arange(len(curves)), counts)
     place = np.arange(counts.sum()) - first[chain]
-    shift = np.array([spec.periods[s] for s in SYSTEMS])
+    shift = np.array([period_of(spec, s) for s in systems])
     total = np.array([polyline_length(np.vstack([c, c[:1] + s])) for c, s in zip(curves, shift, strict=True)])
-    half = np.array([spec.half_axes[s] for s in SYSTEMS])
+    half = np.array([spec.half_axes[s] for s in systems])
+    bending = {KNIT: spec.bending_knit} | {one.name: one.bending for one in spec.layers}
     yarns = Yarns(
         after=first[chain] + (place + 1) % counts[chain],
         before=first[chain] + (place - 1) % counts[chain],
@@ -83,22 +151,24 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
         rest=np.zeros((counts.sum(), 3)),
         length=total / counts,
         total=total,
-        stretching=np.full(3, STRETCHING),
-        bending=np.array([spec.bending_knit, spec.bending_warp, spec.bending_weft]),
+        stretching=np.full(len(curves), STRETCHING),
+        bending=np.array([bending[s] for s in systems]),
         radius=half[:, 1],
         half_width=half[:, 0],
         exclude=EXCLUDE * (np.pi * half[:, 0] + MARGIN),
-        period=np.array([[1, 0], [0, 1], [1, 0]]),
-        spacing=np.array([spec.wale, spec.course]),
+        period=np.array([[0, 1] if spec.axis(s) else [1, 0] for s in systems]),
+        spacing=spec.size,
     )
     x = np.vstack(curves)
     curvature = x[yarns.before] + yarns.before_shift - 2.0 * x + x[yarns.after] + yarns.after_shift
-    return yarns._replace(rest=np.where((chain == 0)[:, None], 0.0, curvature))
+    loops = np.array([s == KNIT for s in systems])
+    return yarns._replace(rest=np.where(loops[chain][:, None], 0.0, curvature))
 
 
-def with_loop_length(yarns: "Yarns", total: float) -> "Yarns":
-    """Yarns with the rest length ``total`` [mm] of the loop."""
-    factor = np.array([total / yarns.total[0], 1.0, 1.0])
+def with_loop_length(yarns: "Yarns", total: Array) -> "Yarns":
+    """Yarns with the rest length ``total`` (n_courses,) [mm] of the courses of loops, which come first."""
+    factor = np.ones(len(yarns.total))
+    factor[: len(total)] = total / yarns.total[: len(total)]
     return yarns._replace(arc=yarns.arc * factor[yarns.chain], length=yarns.length * factor, total=yarns.total * factor)
 
 
@@ -179,12 +249,13 @@ class LockedLoopError(Exception):
 def _relax_stepwise(spec: CellSpec, finer: float) -> Cell:
     """Relaxed cell; raises :class:`LockedLoopError`."""
     state = _Relaxation(spec, finer)
+    start = state.cell()
     for share in RADIUS_STEPS:
         state.settle(PENALTY, ON_THE_WAY, BRIEF, share)
     state.draw_in()
     state.firm_up()
     cell = state.cell()
-    check_topology(cell)
+    check_topology(cell, start)
     return cell
 
 
@@ -196,6 +267,7 @@ class _Relaxation:
         self.spec = spec
         self.x = np.vstack(curves)
         self.cuts = np.cumsum([len(c) for c in curves])[:-1]
+        self.courses, self.wanted = spec.repeat[1], spec.repeat[0] * spec.loop_length
         self.yarns = yarn_arrays(spec, curves)
         self.pairs = np.zeros((20_000, 4), np.int64)
         self.iterations = 0
@@ -220,28 +292,28 @@ class _Relaxation:
             self.worst = max(self.worst, seen)
 
     def draw_in(self) -> None:
-        """Shorten the rest length of a loop that started too long, step by step."""
-        rest = self.yarns.total[0]
-        while rest > self.spec.loop_length:
-            rest = max((1.0 - DRAW_IN) * rest, self.spec.loop_length)
+        """Shorten the rest length of loops that started too long, step by step."""
+        rest = self.yarns.total[: self.courses]
+        while (rest > self.wanted).any():
+            rest = np.maximum((1.0 - DRAW_IN) * rest, self.wanted)
             self.yarns = with_loop_length(self.yarns, rest)
             self.settle(PENALTY, ON_THE_WAY, BRIEF)
-            if self._loop_length() > (1.0 + LOCKED) * rest:
+            if (self._course_lengths() > (1.0 + LOCKED) * rest).any():
                 raise LockedLoopError(self.deepest)
 
     def firm_up(self) -> None:
         """Come to rest with ever stiffer contact; a shorter rest length makes up for the stretch of a tight loop."""
-        self.yarns = with_loop_length(self.yarns, self.spec.loop_length)
+        self.yarns = with_loop_length(self.yarns, np.full(self.courses, self.wanted))
         for penalty in FIRM_PENALTIES:
             self.settle(penalty, AT_REST, PATIENT)
-            stretch = self._loop_length() / self.spec.loop_length - 1.0
-            if self.residual < AT_REST and self.deepest < PENETRATION and abs(stretch) < LENGTH_ERROR:
+            stretch = self._course_lengths() / self.wanted - 1.0
+            if self.residual < AT_REST and self.deepest < PENETRATION and np.abs(stretch).max() < LENGTH_ERROR:
                 return
-            self.yarns = with_loop_length(self.yarns, self.yarns.total[0] / (1.0 + stretch))
-        if self.deepest > PENETRATION or stretch > LENGTH_ERROR:
+            self.yarns = with_loop_length(self.yarns, self.yarns.total[: self.courses] / (1.0 + stretch))
+        if self.deepest > PENETRATION or stretch.max() > LENGTH_ERROR:
             raise LockedLoopError(self.deepest)
-        if stretch < -LENGTH_ERROR:
-            raise NumericalError(f"the loop is {-100.0 * stretch:.1f} % too short")
+        if stretch.min() < -LENGTH_ERROR:
+            raise NumericalError(f"the loop is {-100.0 * stretch.min():.1f} % too short")
         pressed = FIRM_PENALTIES[-1] * self.deepest * float(self.yarns.radius.min())
         if self.residual < JUMPING * pressed:
             return
@@ -249,28 +321,48 @@ class _Relaxation:
 
     def cell(self) -> Cell:
         """The present state, moved to its place."""
-        knit, warp, weft = np.split(self.x, self.cuts)
+        names = curve_names(self.spec)
+        curves = [
+            Curve(system, index, points, period_of(self.spec, system))
+            for (system, index), points in zip(names, np.split(self.x, self.cuts), strict=True)
+        ]
         numbers = (float(self.deepest), float(self.worst), float(self.residual), self.iterations)
-        low, high = Cell(self.spec, knit, warp, weft, *numbers).faces
-        place = np.array([warp[:, 0].mean() - 0.5 * self.spec.wale, weft[:, 1].mean(), 0.5 * (low + high)])
-        return Cell(self.spec, knit - place, warp - place, weft - place, *numbers)
+        cell = Cell(self.spec, tuple(curves), *numbers)
+        low, high = cell.faces
+        place = np.array([_mean_offset(cell, 0), _mean_offset(cell, 1), 0.5 * (low + high)])
+        return replace(cell, curves=tuple(replace(one, points=one.points - place) for one in curves))
 
-    def _loop_length(self) -> float:
-        knit = self.x[: self.cuts[0]]
-        return polyline_length(np.vstack([knit, knit[:1] + self.spec.periods["knit"]]))
+    def _course_lengths(self) -> Array:
+        """Length [mm], (n_courses,), of the loops of each course."""
+        curves = np.split(self.x, self.cuts)[: self.courses]
+        period = period_of(self.spec, KNIT)
+        return np.array([polyline_length(np.vstack([one, one[:1] + period])) for one in curves])
+
+
+def _mean_offset(cell: Cell, axis: int) -> float:
+    """Mean deviation [mm] along ``axis`` of the first layer of inlays across it from its place; 0 without one."""
+    for layer in cell.spec.layers:
+        if cell.spec.axis(layer.name) != axis:
+            pitch, start = (cell.spec.wale, 0.5) if axis == 0 else (cell.spec.course, 0.0)
+            off = [float(one.points[:, axis].mean()) - (one.index + start) * pitch for one in cell.of(layer.name)]
+            return float(np.mean(off))
+    return 0.0
 
 
 def _too_short_message(spec: CellSpec, locked: LockedLoopError) -> str:
-    inlays = f"{spec.diameter:g} mm warp and weft"
-    if spec.warp is not None and spec.weft is not None:
-        sizes = {"warp": spec.warp, "weft": spec.weft}
-        inlays = " and ".join(f"{width:.3g} x {height:.3g} mm {s}" for s, (width, height) in sizes.items())
+    sizes = Counter(_size_text(one) + f" {one.direction}" for one in spec.layers)
+    inlays = "".join(f"{size} (x {count}), " if count > 1 else f"{size}, " for size, count in sizes.items())
     return (
         f"fabric.loop_length = {spec.loop_length:g} mm is too short for {spec.wale:.3f} x {spec.course:.3f} mm "
-        f"spacing with {inlays} and {spec.knit_diameter:g} mm knitting yarn: "
+        f"spacing with {inlays}{spec.knit_diameter:g} mm knitting yarn: "
         f"the yarns lock (penetration {100.0 * locked.penetration:.1f} % of the radius); "
         f"{_loop_length_advice(spec)}{_packing_advice(spec)}"
     )
+
+
+def _size_text(layer: LayerSpec) -> str:
+    circle = layer.width == layer.height
+    return f"{layer.width:g} mm" if circle else f"{layer.width:.3g} x {layer.height:.3g} mm"
 
 
 def _loop_length_advice(spec: CellSpec) -> str:
@@ -298,11 +390,14 @@ def _relaxes(spec: CellSpec, longer: float) -> bool:
 
 def _packing_advice(spec: CellSpec) -> str:
     """Advice on the packing of elliptic inlays: how much denser they relax."""
-    if spec.warp is None or spec.weft is None:
+    if not any(one.width > one.height for one in spec.layers):
         return ""
     for share in SMALLER:
-        warp, weft = ((share * width, share * height) for width, height in (spec.warp, spec.weft))
+        layers = tuple(
+            replace(one, width=share * one.width, height=share * one.height) if one.width > one.height else one
+            for one in spec.layers
+        )
         with suppress(LockedLoopError, InputError, NumericalError):
-            _relax_stepwise(replace(spec, warp=warp, weft=weft), 1.0)
-            return f", or fabric.reinforcing.section.packing {share**-2:.3g} times as large"
-    return f" (fabric.reinforcing.section.packing {SMALLER[-1] ** -2:.3g} times as large locks too)"
+            _relax_stepwise(replace(spec, layers=layers), 1.0)
+            return f", or section.packing of the inlays {share**-2:.3g} times as large"
+    return f" (section.packing of the inlays {SMALLER[-1] ** -2:.3g} times as large locks too)"

@@ -1,9 +1,9 @@
 """Strips of yarn paths, cut out of the tiled relaxed cell along the yarns or at 45 deg to them.
 
 The strip spans [0, n_wales W] x [0, n_courses C] from its lower-left corner, x across the wales, y along them, z to the
-technical face, 0 in the middle of the thickness. Warp w lies at x = (w + 1/2) W, weft c at y = (c + 1/2) C on average;
-knitting yarns run along x. All yarns are cut at the edges: knitting yarns in their needle arcs, warp and weft midway
-between two crossings.
+technical face, 0 in the middle of the thickness. On average the warp of wale w lies at x = (w + 1/2) W, the weft of
+course c at y = (c + 1/2) C. Knitting yarns run along x. The structure begins with the first wale and course of its
+repeat. All yarns are cut at the edges: knitting yarns in their needle arcs, warp and weft midway between two crossings.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -13,7 +13,8 @@ from math import ceil, sqrt
 import numpy as np
 
 from knittest.base.arrays import Array
-from knittest.fabric.cell import Cell
+from knittest.config.structure import KNIT
+from knittest.fabric.cell import Cell, Curve
 from knittest.fabric.loop import arc_at, control_points, points_on, polyline_length
 
 Place = Callable[[Array, Array, int, float], Array]
@@ -21,7 +22,7 @@ Place = Callable[[Array, Array, int, float], Array]
 
 @dataclass(frozen=True)
 class YarnPath:
-    """Control points [mm], (n, 3), of one yarn of ``system`` warp, weft or knit; ``index`` counts the system's yarns.
+    """Control points [mm], (n, 3), of one yarn of ``system``; ``index`` counts the system's yarns.
 
     The beams join these points; the contact lies on their quadratic B-spline (:mod:`knittest.fabric.loop`).
     """
@@ -37,24 +38,24 @@ class YarnPath:
 
 
 def wave_elements(cell: Cell, system: str, elements_per_wave: int) -> int:
-    """Beams in one wave of warp or weft: ``elements_per_wave`` in the longer wave, as long ones (an even number, at
+    """Beams of an inlay over one pitch: ``elements_per_wave`` in the longer pitch, as long ones (an even number, at
     least 4) in the shorter."""
-    spacing = {s: float(np.linalg.norm(cell.periods[s])) for s in ("warp", "weft")}
-    return max(2 * round(0.5 * elements_per_wave * spacing[system] / max(spacing.values())), 4)
+    pitch = cell.spec.course if cell.spec.axis(system) else cell.spec.wale
+    return max(2 * round(0.5 * elements_per_wave * pitch / max(cell.spec.wale, cell.spec.course)), 4)
 
 
-def wave_scale(cell: Cell, system: str, n: int) -> float:
-    """Factor on the wave of a warp or weft that gives the polygon of ``n`` control points the crimp of the curve.
+def wave_scale(curve: Curve, n: int) -> float:
+    """Factor on the wave of an inlay that gives the polygon of ``n`` control points the crimp of the ``curve``.
 
     The beams are straight between their nodes, so the polygon's length is what straightens under tension.
     """
     from scipy.optimize import brentq
 
-    period = cell.periods[system]
-    points = control_points(getattr(cell, system), period, n)
+    period = curve.period
+    points = control_points(curve.points, period, n)
     closed = np.vstack([points, points[:1] + period])
     spacing = float(np.linalg.norm(period))
-    wanted = cell.crimp(system)
+    wanted = curve.length / spacing - 1.0
     if wanted < 1e-9:
         return 1.0
 
@@ -70,54 +71,73 @@ def strip(
     n_courses: int,
     elements_per_loop: int,
     elements_per_wave: int,
-    amplitude: Mapping[str, Array],
+    amplitude: Mapping[str, Array] | None = None,
 ) -> list[YarnPath]:
-    """Yarn paths of ``n_wales`` x ``n_courses`` cells: one warp a wale, one weft and one row of loops a course.
+    """Yarn paths of ``n_wales`` x ``n_courses`` stitches: a row of loops a course, and the inlays of each layer.
 
-    ``amplitude`` scales the wave of each warp (n_wales,) and weft (n_courses,); loops stay as they are. For
-    ``elements_per_wave`` see :func:`wave_elements`.
+    ``amplitude`` (n_yarns,) scales the waves of each system of inlays, over those whose polygon has the crimp of the
+    cell; loops stay as they are. For ``elements_per_wave`` see :func:`wave_elements`.
     """
-    across, along = cell.periods["weft"], cell.periods["warp"]
-    pieces = {s: wave_elements(cell, s, elements_per_wave) for s in ("warp", "weft")}
-    knit = _first_yarn(cell, "knit", elements_per_loop, n_wales, control_points)
-    warp = _first_yarn(cell, "warp", pieces["warp"], n_courses, control_points)
-    weft = _first_yarn(cell, "weft", pieces["weft"], n_wales, control_points)
-    paths = [YarnPath("knit", c, knit + c * along) for c in range(n_courses)]
-    for w in range(n_wales):
-        paths.append(YarnPath("warp", w, _scale_wave(warp, along, float(amplitude["warp"][w])) + w * across))
-    for c in range(n_courses):
-        paths.append(YarnPath("weft", c, _scale_wave(weft, across, float(amplitude["weft"][c])) + c * along))
+    paths = []
+    for system in cell.spec.systems:
+        pieces = elements_per_loop if system == KNIT else wave_elements(cell, system, elements_per_wave)
+        axis, curves = cell.spec.axis(system), cell.of(system)
+        n = pieces * cell.spec.repeat[axis]
+        lines = [_yarn_of_pitches(cell, one, n, (n_wales, n_courses)[axis], control_points) for one in curves]
+        scales = [1.0 if system == KNIT else wave_scale(one, n) for one in curves]
+        for index, (k, moved) in enumerate(_yarns_of(cell, system, (n_wales, n_courses)[1 - axis])):
+            points = lines[k]
+            if system != KNIT:
+                relative = 1.0 if amplitude is None else float(amplitude[system][index])
+                points = _scale_wave(points, curves[k].period, scales[k] * relative)
+            paths.append(YarnPath(system, index, points + moved))
     return paths
 
 
 def centre_lines(cell: Cell, n_wales: int, n_courses: int, finer: int = 1) -> list[YarnPath]:
     """Yarns with points on their centre-lines instead of control points, ``finer`` times those relaxed."""
-    across, along = cell.periods["weft"], cell.periods["warp"]
-    paths = []
-    for system, periods, copies, step in (
-        ("knit", n_wales, n_courses, along),
-        ("warp", n_courses, n_wales, across),
-        ("weft", n_wales, n_courses, along),
-    ):
-        line = _first_yarn(cell, system, finer * len(getattr(cell, system)), periods, points_on)
-        paths += [YarnPath(system, k, line + k * step) for k in range(copies)]
+    paths, counts = [], (n_wales, n_courses)
+    for system in cell.spec.systems:
+        axis, curves = cell.spec.axis(system), cell.of(system)
+        lines = [_yarn_of_pitches(cell, one, finer * len(one.points), counts[axis], points_on) for one in curves]
+        yarns = _yarns_of(cell, system, counts[1 - axis])
+        paths += [YarnPath(system, index, lines[k] + moved) for index, (k, moved) in enumerate(yarns)]
     return paths
 
 
-def _first_yarn(cell: Cell, system: str, n: int, periods: int, place: Place) -> Array:
-    """First yarn of ``system`` over ``periods`` periods by ``place``, both ends included: (n * periods + 1, 3)."""
-    curve, period = getattr(cell, system), cell.periods[system]
-    axis = int(np.argmax(period))
+def yarn_count(cell: Cell, system: str, pitches: int) -> int:
+    """Yarns of ``system`` in the first ``pitches`` wales or courses across them."""
+    return len(_yarns_of(cell, system, pitches))
+
+
+def _yarns_of(cell: Cell, system: str, pitches: int) -> list[tuple[int, Array]]:
+    """Number in the cell and offset (3,) [mm] of each yarn of ``system`` in the first ``pitches`` across it."""
+    across, found = 1 - cell.spec.axis(system), []
+    repeat, pitch = cell.spec.repeat[across], (cell.spec.wale, cell.spec.course)[across]
+    places = {one.index: k for k, one in enumerate(cell.of(system))}
+    for number in range(pitches):
+        if (k := places.get(number % repeat)) is not None:
+            offset = np.zeros(3)
+            offset[across] = (number - number % repeat) * pitch
+            found.append((k, offset))
+    return found
+
+
+def _yarn_of_pitches(cell: Cell, curve: Curve, n: int, pitches: int, place: Place) -> Array:
+    """Yarn of ``curve`` over ``pitches`` wales or courses, of ``n`` points a period, both ends included: (m, 3)."""
+    period, axis = curve.period, int(np.argmax(curve.period))
+    repeat = cell.spec.repeat[axis]
     origin = np.array([0.0, -0.5 * cell.spec.course, 0.0])  # the strip's lower-left corner in the cell
-    points = place(curve, period, n, arc_at(curve, period, axis, origin[axis])) - origin
-    number = np.arange(n * periods + 1)
+    start = arc_at(curve.points, period, axis, origin[axis], 0.5 / repeat)
+    points = place(curve.points, period, n, start) - origin
+    number = np.arange(n // repeat * pitches + 1)
     tiled = points[number % n] + (number // n)[:, None] * period
     tiled[:, axis] -= tiled[0, axis]  # a control point lies a little off the curve
     return tiled
 
 
 def _scale_wave(points: Array, period: Array, scale: float) -> Array:
-    """Scale the deviation of a yarn from its straight mean line; the last point repeats the first."""
+    """Scale the deviation of a yarn from its straight mean line; the last point is left out of the mean."""
     axis = period / np.linalg.norm(period)
     along = points @ axis
     mean = points[:-1].mean(axis=0)

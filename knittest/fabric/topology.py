@@ -1,5 +1,5 @@
-"""Yarns of a specimen: their over/under codes as a biaxial weft-knit has them, and their scatter in strength, slack and
-wave amplitude.
+"""Yarns of a specimen: their over/under codes, which stitches and layers predict, and their scatter in strength, slack
+and wave amplitude.
 """
 
 from dataclasses import dataclass
@@ -12,21 +12,20 @@ from knittest.base.arrays import Array
 from knittest.base.errors import InputError, NumericalError
 from knittest.config.fabric import Fabric
 from knittest.config.run import Variability
-from knittest.fabric.cell import SYSTEMS
+from knittest.config.structure import KNIT
+from knittest.config.yarn import Yarn
 
 if TYPE_CHECKING:
-    from knittest.fabric.cell import Cell
+    from knittest.fabric.cell import Cell, Curve
 
 
-#: plain knit, from the sinker arc on: over (O) or under (U) the course before (-) or after (+)
-KNIT_CODE = ["U-", "O-", "O+", "U+", "U+", "O+", "O-", "U-"]
-#: images of the cell that are searched in each direction
+#: images of the cell that are searched in each direction, over those that the cell itself spans
 IMAGES = 3
 
 
 @dataclass(frozen=True)
 class Crossing:
-    """Two yarns cross in the projection: system, place along it and image of each strand; the first lies over."""
+    """Two yarns cross in the projection: their numbers in the cell, place along each and image; the first lies over."""
 
     over: int
     under: int
@@ -35,23 +34,39 @@ class Crossing:
     image: tuple[int, int]  # cell of the under strand, seen from the over strand
 
 
+#: a strand that is met: number of its yarn in the cell, and image of the cell across it
+Strand = tuple[int, int]
+
+
 def crossings(cell: "Cell") -> list[Crossing]:
     """Crossings of different yarns in one period of the xy projection.
 
     A yarn's crossings with itself are left out: legs of neighbouring loops overlap in the projection of wide loops,
     exactly over the warp by symmetry, and say nothing of the interlacing.
     """
-    curves = [getattr(cell, s) for s in SYSTEMS]
-    starts = [c[:, :2] for c in curves]
-    chords = [np.diff(cell.closed_curve(s), axis=0) for s in SYSTEMS]
-    spacing = np.array([cell.spec.wale, cell.spec.course])
+    curves = cell.curves
+    starts = [one.points[:, :2] for one in curves]
+    chords = [np.diff(one.closed, axis=0) for one in curves]
     found = []
-    for a, b in ((0, 0), (0, 1), (0, 2), (1, 2)):
-        for across, along in np.ndindex(2 * IMAGES + 1, 2 * IMAGES + 1):
-            image = (across - IMAGES, along - IMAGES)
-            if a != b or image[1] > 0:
-                found += _pair_crossings(a, b, image, np.array(image) * spacing, starts, chords, curves)
+    for a, b in np.ndindex(len(curves), len(curves)):
+        if b < a or _are_parallel_inlays(curves[a], curves[b]):
+            continue
+        axis = cell.spec.axis(curves[a].system)
+        for image in _images(cell):
+            if a != b or image[1 - axis] > 0:
+                shift = np.array(image) * cell.spec.size
+                found += _pair_crossings(a, b, image, shift, starts, chords, [one.points for one in curves])
     return found
+
+
+def _are_parallel_inlays(one: "Curve", other: "Curve") -> bool:
+    return KNIT not in (one.system, other.system) and int(np.argmax(one.period)) == int(np.argmax(other.period))
+
+
+def _images(cell: "Cell") -> list[tuple[int, int]]:
+    """Images of the cell in which neighbours of a strand may lie."""
+    x, y = (max(-(-IMAGES // pitches), 1) for pitches in cell.spec.repeat)
+    return [(i, j) for i in range(-x, x + 1) for j in range(-y, y + 1)]
 
 
 def _pair_crossings(
@@ -76,66 +91,161 @@ def _pair_crossings(
     return out
 
 
-def sequence(found: list[Crossing]) -> list[tuple[int, bool]]:
-    """Crossings (number, over) of a course with its neighbours, in order along the yarn."""
-    along = [(c.over_place, k, True) for k, c in enumerate(found)]
-    along += [(c.under_place, k, False) for k, c in enumerate(found)]
-    return [(k, over) for _, k, over in sorted(along)]
+def strand_met(cell: "Cell", one: Crossing, over: bool) -> Strand:
+    """Strand that is met at a crossing by the yarn that lies ``over`` there, or under."""
+    other, image = (one.under, one.image) if over else (one.over, (-one.image[0], -one.image[1]))
+    return other, image[1 - cell.spec.axis(cell.curves[other].system)]
 
 
-def remove_slack_pairs(found: list[Crossing]) -> list[Crossing]:
+def sequences(cell: "Cell", found: list[Crossing]) -> list[list[tuple[int, bool]]]:
+    """Crossings (number, over) of each yarn with others, in order along it."""
+    lines: list[list[tuple[float, int, bool]]] = [[] for _ in cell.curves]
+    for k, one in enumerate(found):
+        lines[one.over].append((one.over_place, k, True))
+        lines[one.under].append((one.under_place, k, False))
+    return [[(k, over) for _, k, over in sorted(line)] for line in lines]
+
+
+def remove_slack_pairs(cell: "Cell", found: list[Crossing]) -> list[Crossing]:
     """Drop pairs of neighbouring crossings of the same two strands, one over the other in both (Reidemeister II)."""
-    while (slack := _slack_pair(found)) is not None:
+    while (slack := _slack_pair(cell, found)) is not None:
         found = [c for k, c in enumerate(found) if k not in slack]
     return found
 
 
-def _slack_pair(found: list[Crossing]) -> frozenset[int] | None:
+def _slack_pair(cell: "Cell", found: list[Crossing]) -> frozenset[int] | None:
     """Two crossings that follow each other along both of their strands, with the same one over."""
-    line = sequence(found)
-    neighbours = set()
-    for (k, over), (k2, over2) in pairwise([*line, *line[:1]]):
-        pair = frozenset((k, k2))
-        if over == over2 and found[k].image[1] == found[k2].image[1]:
-            if (pair, not over) in neighbours:
-                return pair
-            neighbours.add((pair, over))
+    neighbours: dict[frozenset[int], set[bool]] = {}
+    for line in sequences(cell, found):
+        for (k, over), (k2, over2) in pairwise([*line, *line[:1]]):
+            if k == k2 or over != over2 or strand_met(cell, found[k], over) != strand_met(cell, found[k2], over):
+                continue
+            seen = neighbours.setdefault(frozenset((k, k2)), set())
+            if seen and over not in seen:
+                return frozenset((k, k2))
+            seen.add(over)
     return None
 
 
-def knit_code(cell: "Cell") -> list[str]:
-    """Code of a course along its yarn, in the notation of :data:`KNIT_CODE`, without pairs that are only slack."""
-    found = remove_slack_pairs([c for c in crossings(cell) if c.over == c.under == 0])
-    code = []
-    for k, over in sequence(found):
-        course = found[k].image[1] if over else -found[k].image[1]
-        sign = {1: "+", -1: "-"}.get(course, f"({course:+d})")
-        code.append(("O" if over else "U") + sign)
-    return code
+@dataclass(frozen=True)
+class LoopCrossing:
+    """Crossing of two courses: course and wale of the lower loop, its place along both, and whether it lies over."""
+
+    course: int
+    wale: int
+    lower_place: float
+    upper_place: float
+    lower_over: bool
+    apart: int  # courses from the lower to the upper strand
 
 
-def check_topology(cell: "Cell") -> None:
-    """Raise :class:`NumericalError` naming the yarn whose interlacing is wrong.
+def loop_crossings(cell: "Cell") -> list[LoopCrossing]:
+    """Crossings of the courses of loops with each other, without pairs that are only slack.
 
-    From back to face: sinker arcs, warp, weft, loop legs; the loops interlace as plain knit. Where a slack sinker arc
-    dips behind the weft of the course below, the weft lies in front of it, and the order of the layers holds.
+    Places count loops. The wale is that of the lower strand, which is crossed near its needle arc: the sinker arc of
+    the upper one may lie anywhere between two wales.
     """
-    code = knit_code(cell)
-    found = " ".join(code) or "no crossings"
-    if KNIT_CODE not in [code[k:] + code[:k] for k in range(len(code))]:
+    wales, courses = cell.spec.repeat
+    loops = [one for one in crossings(cell) if cell.curves[one.over].system == cell.curves[one.under].system == KNIT]
+    found = []
+    for one in remove_slack_pairs(cell, loops):
+        over, under = cell.curves[one.over], cell.curves[one.under]
+        apart = under.index + courses * one.image[1] - over.index
+        per_loop = len(over.points) / wales
+        places = [one.over_place / per_loop, one.under_place / per_loop]
+        if lower_over := apart > 0:
+            lower, places[1] = over, places[1] + wales * one.image[0]
+        else:
+            lower, places = under, [places[1], places[0] - wales * one.image[0]]
+        found.append(LoopCrossing(lower.index, int(places[0]), places[0], places[1], lower_over, abs(apart)))
+    return found
+
+
+def stitch_codes(cell: "Cell") -> dict[tuple[int, int], str]:
+    """Code by course and wale of how the course above interlaces with a loop, such as ``OUUO``.
+
+    It tells along the loop where it lies over (O) or under (U) the course above. ``?`` marks crossings whose order
+    along the course above is another one, or with courses farther away.
+    """
+    wales, courses = cell.spec.repeat
+    codes = {}
+    for place in np.ndindex(courses, wales):
+        met = [one for one in loop_crossings(cell) if (one.course, one.wale) == place]
+        met.sort(key=lambda one: one.lower_place)
+        code = "".join("O" if one.lower_over else "U" for one in met)
+        above = sorted(met, key=lambda one: one.upper_place)
+        codes[place] = code + ("?" if above != met or any(one.apart > 1 for one in met) else "")
+    return codes
+
+
+def predicted_code(side: int) -> str:
+    """Code of a loop under a stitch of ``side`` (1 knit, -1 purl): its foot under the leg, its leg over the head."""
+    return "OUUO" if side > 0 else "UOOU"
+
+
+def check_topology(cell: "Cell", start: "Cell") -> None:
+    """Raise :class:`NumericalError` naming the yarn whose interlacing is wrong, :class:`InputError` for a loose inlay.
+
+    Loops interlace as their stitches predict. Layers of inlays lie in their order from back to face. Where a loop lies
+    before or behind all layers in ``start``, it still does: legs of knit stitches before, their sinker arcs behind.
+    Where a slack sinker arc dips behind the weft of the course below, the order of the layers holds.
+    """
+    for (course, wale), code in stitch_codes(cell).items():
+        wanted = predicted_code(cell.spec.side(wale, course + 1))
+        if code != wanted:
+            raise NumericalError(
+                f"the loop of course {course + 1}, wale {wale + 1} is not interlaced as its stitches: over (O) and "
+                f"under (U) the course above as {code or 'no crossings'}, expected {wanted}"
+            )
+    order = {system: number for number, system in enumerate(cell.spec.systems)}
+    for one in crossings(cell):
+        over, under = cell.curves[one.over], cell.curves[one.under]
+        if KNIT not in (over.system, under.system):
+            if order[over.system] < order[under.system]:
+                raise NumericalError(f"the {under.system} does not lie in front of the {over.system}")
+        elif over.system != under.system:
+            _check_side(cell, start, one)
+    if loose := unheld_inlays(cell):
+        raise InputError(loose)
+
+
+def _check_side(cell: "Cell", start: "Cell", one: Crossing) -> None:
+    """Check that a loop passes an inlay on the side of the layers on which it lies in ``start``."""
+    is_loop_over = cell.curves[one.over].system == KNIT
+    loop, place = (one.over, one.over_place) if is_loop_over else (one.under, one.under_place)
+    inlay = cell.curves[one.under if is_loop_over else one.over]
+    closed = start.curves[loop].closed[:, 2]
+    height = float(np.interp(place, np.arange(len(closed)), closed))
+    low, high = start.layer_faces
+    if (height > high and not is_loop_over) or (height < low and is_loop_over):
+        side = "behind" if height > high else "in front of"
+        part = "legs" if height > high else "sinker arcs"
         raise NumericalError(
-            f"the knitting yarn is not interlaced as plain knit: {found}, expected {' '.join(KNIT_CODE)}"
+            f"the {inlay.system} of {cell.place_name(inlay)} does not lie {side} the {part} of course "
+            f"{cell.curves[loop].index + 1}"
         )
-    pairs = [(SYSTEMS[c.over], SYSTEMS[c.under], c.image[1]) for c in crossings(cell)]
-    if [p[:2] for p in pairs if set(p[:2]) == {"warp", "weft"}] != [("weft", "warp")]:
-        raise NumericalError("the weft does not lie in front of the warp")
-    if {p[:2] for p in pairs if set(p[:2]) == {"warp", "knit"}} != {("warp", "knit")}:
-        raise NumericalError("the warp does not lie in front of the sinker arcs")
-    own = [over for over, under, course in pairs if {over, under} == {"weft", "knit"} and course == 0]
-    if set(own) != {"knit"} or len(own) < 2:
-        raise NumericalError("the weft does not lie behind the legs of its loops")
-    if any(over == "knit" and under == "weft" and course != 0 for over, under, course in pairs):
-        raise NumericalError("the weft lies behind loops of another course")
+
+
+def unheld_inlays(cell: "Cell") -> str:
+    """Reason why an inlay falls out of the fabric, and what would hold it; empty if all are held.
+
+    A loop, or an inlay that is held on that side, must lie in front of each inlay and one behind it.
+    """
+    met, curves = crossings(cell), cell.curves
+    for side in ("in front of", "behind"):
+        pairs = {(one.under, one.over) if side == "in front of" else (one.over, one.under) for one in met}
+        held = {k for k, one in enumerate(curves) if one.system == KNIT}
+        while more := {inlay for inlay, holder in pairs if holder in held} - held:
+            held |= more
+        for k, one in enumerate(curves):
+            if k not in held:
+                other = "weft" if cell.spec.axis(one.system) else "warp"
+                return (
+                    f"fabric.layers: nothing lies {side} the {one.system} of {cell.place_name(one)}, so that it falls "
+                    f"out of the fabric; expected a layer of {other} {side} it, or stitches that hold it on this side "
+                    "(fabric.stitches = [kp], rib 1x1, holds wefts)"
+                )
+    return ""
 
 
 #: a drawn fracture strain is not taken below this share of its mean: a yarn that weak would not survive knitting
@@ -164,26 +274,27 @@ def _uniforms(mode: str, n: int, rng: np.random.Generator) -> Array:
 
 
 def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen: int) -> YarnDraws:
-    """Draw the yarns of ``system`` (warp, weft, knit) of one specimen.
+    """Draw the ``n`` yarns of ``system`` of one specimen.
 
     Fracture strain and amplitude are normal, slack is half-normal (the tautest yarn has none). ``uniform`` gives every
     yarn the mean fracture strain and the median slack. The same seed and specimen give the same bits.
     """
     from scipy.stats import halfnorm, norm
 
-    yarn = fabric.knitting if system == "knit" else fabric.reinforcing
+    inlays = None if system == KNIT else fabric.inlays_of_system(system)
+    yarn: Yarn = fabric.knitting if inlays is None else inlays.yarn
     mean = yarn.fracture_strain_fraction
     relative = (yarn.fracture_strain.sd or 0.0) / yarn.fracture_strain.value
     slack = amplitude = 0.0
-    if system != "knit":
-        slack = fabric.reinforcing.slack_fraction.of(system)
-        amplitude = fabric.reinforcing.crimp_scatter.of(system).value
-    rng = np.random.default_rng([variability.seed, specimen, ("warp", "weft", "knit").index(system)])
+    if inlays is not None:
+        slack = inlays.yarn.slack_fraction.of(inlays.direction)
+        amplitude = inlays.yarn.crimp_scatter.of(inlays.direction).value
+    rng = np.random.default_rng([variability.seed, specimen, _stream(fabric, system)])
     weakest = rng.random(n)
     if variability.mode == "uniform":
         return YarnDraws(np.full(n, mean), np.full(n, slack * float(halfnorm.ppf(0.5))), np.ones(n), weakest)
     strength, looseness, wave = (_uniforms(variability.mode, n, rng) for _ in range(3))
-    scattered = system == "knit" and fabric.knitting.loop_scatter == "courses"
+    scattered = system == KNIT and fabric.knitting.loop_scatter == "courses"
     loop = 1.0 + loop_scatter(fabric) * norm.ppf(_uniforms(variability.mode, n, rng)) if scattered else None
     return YarnDraws(
         mean * np.maximum(1.0 + relative * norm.ppf(strength), WEAKEST),
@@ -192,6 +303,12 @@ def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen
         weakest,
         loop,
     )
+
+
+def _stream(fabric: Fabric, system: str) -> int:
+    """Number of the random stream of ``system``."""
+    single = ("warp", "weft", KNIT)
+    return single.index(system) if system in single else 3 + [one.name for one in fabric.inlays].index(system)
 
 
 def loop_scatter(fabric: Fabric) -> float:

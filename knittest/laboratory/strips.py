@@ -12,9 +12,11 @@ from knittest.base.history import Array, Body, Frame, History, Mesh, Specimen
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
+from knittest.config.structure import KNIT, Inlays
 from knittest.fabric.relaxation import relaxed_cell
-from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
+from knittest.fabric.strip import YarnPath, strip, yarn_count
 from knittest.fabric.topology import YarnDraws, draw
+from knittest.materials.yarn_section import systems_of
 from knittest.models.boundary import Readings
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.tool import Table, ramp
@@ -63,14 +65,17 @@ def cut_piece(
     observer: Observer = SILENT,
     gripped: tuple[Direction, float] | None = None,
 ) -> YarnStrip:
-    """Yarn paths of ``n_wales`` by ``n_courses`` cells; ``gripped``: a system and its held share at both ends."""
+    """Yarn paths of ``n_wales`` by ``n_courses`` stitches; ``gripped``: a direction and its held share at both ends."""
     observer.phase("generating the yarns")  # the cell was relaxed, and announced, before the folder was opened
     cell = relaxed_cell(run.fabric)
-    counts = {"warp": n_wales, "weft": n_courses, "knit": n_courses}
+    systems, sizes = systems_of(run.fabric), (n_wales, n_courses)
+    counts = {s: yarn_count(cell, s, sizes[1 - cell.spec.axis(s)]) for s in systems}
     draws = {s: draw(run.fabric, run.variability, s, n, specimen) for s, n in counts.items()}
     if gripped is not None:
-        system, share = gripped
-        draws[system] = replace(draws[system], weakest=share + (1.0 - 2.0 * share) * draws[system].weakest)
+        direction, share = gripped
+        for one in run.fabric.inlays_along(direction):
+            held = draws[one.name]
+            draws[one.name] = replace(held, weakest=share + (1.0 - 2.0 * share) * held.weakest)
     columns: dict[str, list[Any]] = {
         "system": [[s] * len(d.slack) for s, d in draws.items()],
         "yarn": [np.arange(1, len(d.slack) + 1) for d in draws.values()],
@@ -78,27 +83,23 @@ def cut_piece(
         "slack_pct": [100.0 * d.slack for d in draws.values()],
         "wave_amplitude_relative": [d.amplitude for d in draws.values()],
     }
-    if (loop := draws["knit"].loop) is not None:
+    if (loop := draws[KNIT].loop) is not None:
         slacks = ((s, d.slack) for s, d in draws.items())
-        columns["loop_length_relative"] = [loop if s == "knit" else np.ones_like(slack) for s, slack in slacks]
+        columns["loop_length_relative"] = [loop if s == KNIT else np.ones_like(slack) for s, slack in slacks]
     table = {name: np.concatenate(parts) for name, parts in columns.items()}
-    draws |= {s: _add_slack_to_wave(run, s, draws[s]) for s in AXIS}
-    mesh = run.model.meso
-    amplitude = {
-        s: wave_scale(cell, s, wave_elements(cell, s, mesh.elements_per_wave)) * draws[s].amplitude for s in AXIS
-    }
+    draws |= {one.name: _add_slack_to_wave(one, draws[one.name]) for one in run.fabric.inlays}
+    mesh, amplitude = run.model.meso, {s: drawn.amplitude for s, drawn in draws.items()}
     paths = strip(cell, n_wales, n_courses, mesh.elements_per_loop, mesh.elements_per_wave, amplitude)
     if not mesh.knitting:
-        paths = [p for p in paths if p.system != "knit"]
+        paths = [p for p in paths if p.system != KNIT]
     return YarnStrip(paths, draws, table)
 
 
-def _add_slack_to_wave(run: Run, system: str, draws: YarnDraws) -> YarnDraws:
+def _add_slack_to_wave(inlays: Inlays, draws: YarnDraws) -> YarnDraws:
     """Add slack of wavy yarns to their wave: a law without force makes a yarn a row of loose, rattling links."""
-    crimp = run.fabric.reinforcing.crimp_fraction.of(system)
-    if crimp <= 0.0:
+    if inlays.crimp <= 0.0:
         return draws
-    wider = np.sqrt(1.0 + draws.slack / crimp)
+    wider = np.sqrt(1.0 + draws.slack / inlays.crimp)
     return replace(draws, amplitude=draws.amplitude * wider, slack=np.zeros_like(draws.slack))
 
 

@@ -12,7 +12,8 @@ from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.config.fabric import Fabric
 from knittest.config.laws import LateralCompaction, YarnLaw
-from knittest.config.yarn import ReinforcingYarn, Yarn
+from knittest.config.structure import KNIT, Inlays
+from knittest.config.yarn import Yarn
 
 #: Poisson-like ratio that links the shear modulus of a section to its axial modulus (assumed, isotropic value)
 POISSON = 0.3
@@ -26,7 +27,6 @@ STRENGTH_MARGIN = 0.15
 SCATTER = 4.0
 #: segments that replace the parabola of a toe; the area error is 1 / (2 n^2) of the toe's
 TOE_SEGMENTS = 8
-SYSTEMS = ("warp", "weft", "knit")
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,21 +162,22 @@ def section(yarn: Yarn, bending: float) -> Section:
 
 
 def sections(fabric: Fabric, axial_share: float = 1.0) -> tuple[Section, ...]:
-    """Sections of warp, weft and knitting yarn with a share of their axial and shear stiffness."""
-    reinforcing = fabric.reinforcing
-    cards = (
-        _with_ellipse(section(reinforcing, reinforcing.bending_stiffness_n_mm2.warp), reinforcing, "warp"),
-        _with_ellipse(section(reinforcing, reinforcing.bending_stiffness_n_mm2.weft), reinforcing, "weft"),
-        section(fabric.knitting, fabric.knitting.bending_stiffness_n_mm2),
-    )
+    """Sections of the yarn systems in the order of :func:`systems_of`, with a share of axial and shear stiffness."""
+    cards = [_with_ellipse(section(one.yarn, one.bending), one) for one in fabric.inlays]
+    cards.append(section(fabric.knitting, fabric.knitting.bending_stiffness_n_mm2))
     return tuple(_scale_stiffness(card, axial_share) for card in cards)
 
 
-def _with_ellipse(card: Section, yarn: ReinforcingYarn, direction: str) -> Section:
-    if yarn.section is None:
+def systems_of(fabric: Fabric) -> tuple[str, ...]:
+    """Names of the yarn systems, which are the parts of a meso model: layers from back to face, then the loops."""
+    return (*(one.name for one in fabric.inlays), KNIT)
+
+
+def _with_ellipse(card: Section, inlays: Inlays) -> Section:
+    if inlays.yarn.section is None:
         return card
-    width, height = yarn.section_mm(direction)
-    law = yarn.section.flattening
+    width, height = inlays.section_mm
+    law = inlays.yarn.section.flattening
     lateral = None if law is None else (law.modulus_mpa, law.exponent)
     return replace(card, radius=0.5 * height, half_width=0.5 * width, lateral=lateral)
 
@@ -283,7 +284,7 @@ def fabric_patch(fabric: Fabric) -> Patch | None:
     if card is not None and card.compaction is not None:
         return _compaction_patch(fabric, card.compaction)
     if card is not None and card.radius is not None:
-        loops = np.array([system == "knit" for system in SYSTEMS])
+        loops = np.array([system == KNIT for system in systems_of(fabric)])
         kinds = np.array([card.radius.inlay_inlay_mm, card.radius.inlay_loop_mm, card.radius.loop_loop_mm])
         most = EVEN * kinds[loops[:, None].astype(int) + loops]
         return Patch(np.full(most.shape, ANY), most)
@@ -292,7 +293,10 @@ def fabric_patch(fabric: Fabric) -> Patch | None:
 
 def _compaction_patch(fabric: Fabric, law: LateralCompaction) -> Patch:
     """Patches that grow by ``law``, no wider than the yarns, and by then pressed evenly."""
-    exponent, share, yarns = law.exponent, lever_share(law.exponent), [_flank(fabric, law, s) for s in SYSTEMS]
+    exponent, share = law.exponent, lever_share(law.exponent)
+    diameter = fabric.knitting.beam_diameter_mm
+    yarns = [_flank(*one.section_mm, law.reinforcing_mpa) for one in fabric.inlays]
+    yarns.append(_flank(diameter, diameter, law.knitting_mpa))
     grown = [
         [share * patch_radius(1.0, (r1, r2), (e1, e2), exponent, (h1, h2)) for _, h2, r2, e2 in yarns]
         for _, h1, r1, e1 in yarns
@@ -301,10 +305,6 @@ def _compaction_patch(fabric: Fabric, law: LateralCompaction) -> Patch:
     return Patch(np.array(grown), np.array(widest), exponent)
 
 
-def _flank(fabric: Fabric, law: LateralCompaction, system: str) -> tuple[float, float, float, float]:
-    """Half width, height, radius of curvature [mm] and modulus [MPa] of the flank that yarns of ``system`` press."""
-    if system == "knit":
-        diameter = fabric.knitting.beam_diameter_mm
-        return 0.5 * diameter, diameter, 0.5 * diameter, law.knitting_mpa
-    width, height = fabric.reinforcing.section_mm(system)
-    return 0.5 * width, height, 0.5 * width * (width / height), law.reinforcing_mpa
+def _flank(width: float, height: float, modulus: float) -> tuple[float, float, float, float]:
+    """Half width, height, radius of curvature [mm] and modulus [MPa] of the flank of yarns of these sections."""
+    return 0.5 * width, height, 0.5 * width * (width / height), modulus

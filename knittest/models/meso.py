@@ -1,22 +1,26 @@
 """The meso models: yarn paths of a specimen with their drawn scatter, or of a periodic cell without, as beam chains."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
 from knittest.base.arrays import Array, Flags
+from knittest.config.fabric import Fabric
 from knittest.config.run import Run
+from knittest.config.structure import KNIT
 from knittest.fabric.cell import Cell
-from knittest.fabric.strip import YarnPath, strip, wave_elements, wave_scale
+from knittest.fabric.strip import YarnPath, strip
 from knittest.fabric.topology import YarnDraws
-from knittest.materials.yarn_section import STRENGTH_MARGIN, SYSTEMS, fabric_patch, sections
+from knittest.materials.yarn_section import STRENGTH_MARGIN, fabric_patch, sections, systems_of
 from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 
+Path = TypeVar("Path", bound=YarnPath)
 #: pieces at the end of yarns that do not press each other: jaws hold them side by side, nearer than they are wide
 CUT = 2
 #: elliptic sections start with their height across the fabric
@@ -31,13 +35,13 @@ def build_meso(
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Without ``rubbing``
     yarns touch free of friction.
     """
-    cards = sections(run.fabric, axial_share)
-    rows = 1 + max((p.index for p in paths if p.system == "knit"), default=0)
+    cards, systems = sections(run.fabric, axial_share), systems_of(run.fabric)
+    rows = 1 + max((p.index for p in paths if p.system == KNIT), default=0)
     chains = [
         Chain(
             path.points,
-            cards[SYSTEMS.index(path.system)],
-            SYSTEMS.index(path.system),
+            cards[systems.index(path.system)],
+            systems.index(path.system),
             _fail_strain(len(path.points), draws[path.system], path.index) / axial_share,
             float(draws[path.system].slack[path.index]),
             stretch(run, path.uncut_path),
@@ -45,17 +49,18 @@ def build_meso(
             UPRIGHT,
             draw_in=_draw_in(run, path, rows, draws[path.system].loop),
         )
-        for path in sorted(paths, key=chain_order)
+        for path in in_chain_order(run.fabric, paths)
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
     if contact is not None and not rubbing:
         contact = replace(contact, friction=0.0, static=None, patch=None)
-    return build_chains(chains, SYSTEMS, contact, mass_scaling(run))
+    return build_chains(chains, systems, contact, mass_scaling(run))
 
 
-def chain_order(path: YarnPath) -> tuple[int, int]:
-    """Key by which the chains of a model are sorted: by system, and yarn by yarn."""
-    return SYSTEMS.index(path.system), path.index
+def in_chain_order(fabric: Fabric, paths: Iterable[Path]) -> list[Path]:
+    """``paths`` in the order of the chains of a model: by system, and yarn by yarn."""
+    systems = systems_of(fabric)
+    return sorted(paths, key=lambda path: (systems.index(path.system), path.index))
 
 
 def yarn_contact(run: Run) -> YarnContact:
@@ -85,7 +90,7 @@ def mass_scaling(run: Run) -> MassScaling | None:
 
 def stretch(run: Run, path: YarnPath) -> float:
     """Real loop length over that of the control polygon; reinforcing yarns lie on their polygon."""
-    if path.system != "knit":
+    if path.system != KNIT:
         return 1.0
     polygon = float(np.linalg.norm(np.diff(path.points, axis=0), axis=1).sum())
     loops = (len(path.points) - 1) / run.model.meso.elements_per_loop
@@ -97,14 +102,14 @@ def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
 
     ``loop`` (rows,) are the drawn lengths of the courses' loops over their mean [-], None where all are alike.
     """
-    own = 1.0 if path.system != "knit" or loop is None else float(loop[path.index])
+    own = 1.0 if path.system != KNIT or loop is None else float(loop[path.index])
     drawn = 1.0 - (1.0 - (run.fabric.knitting.loop_shortening_fraction or 0.0)) * own
     return np.where(_held_elements(run, path, rows), drawn, 0.0)
 
 
 def _held_elements(run: Run, path: YarnPath, rows: int) -> Flags:
     """Elements of loops that other loops hold on all sides."""
-    held = np.full(len(path.points) - 1, path.system == "knit" and path.index not in (0, rows - 1))
+    held = np.full(len(path.points) - 1, path.system == KNIT and path.index not in (0, rows - 1))
     loop = run.model.meso.elements_per_loop
     held[:loop] = held[-loop:] = False
     return held
@@ -126,11 +131,9 @@ LEAST_SLIDE = 0.2
 
 def cell_paths(run: Run, cell: Cell, wales: int, courses: int) -> list[YarnPath]:
     """Yarns of ``wales`` x ``courses`` cells, all alike, the last point of each the image of its first."""
-    mesh = run.model.meso
-    scales = {s: wave_scale(cell, s, wave_elements(cell, s, mesh.elements_per_wave)) for s in ("warp", "weft")}
-    amplitude = {"warp": np.full(wales, scales["warp"]), "weft": np.full(courses, scales["weft"])}
-    paths = strip(cell, wales, courses, mesh.elements_per_loop, mesh.elements_per_wave, amplitude)
-    return [p for p in paths if mesh.knitting or p.system != "knit"]
+    mesh, (across, along) = run.model.meso, cell.spec.repeat
+    paths = strip(cell, wales * across, courses * along, mesh.elements_per_loop, mesh.elements_per_wave)
+    return [p for p in paths if mesh.knitting or p.system != KNIT]
 
 
 def build_meso_cell(
@@ -147,21 +150,23 @@ def build_meso_cell(
 
     A test that pulls no yarn may keep a share of the axial stiffness only: the time step grows. Its mean deformation
     brings lines to ``shrink`` of their length at the least, and yarns past each other by ``slide`` of the largest
-    radius, or by :data:`LEAST_SLIDE` of the larger spacing. Yarns of the system ``about`` lie about z = 0, the surface
-    that bending leaves its length. Yarns do not break: a cell has no weakest place.
+    radius, or by :data:`LEAST_SLIDE` of the larger spacing. Inlays of the direction ``about``, or all yarns where it
+    has none, lie about z = 0, the surface that bending leaves its length. Yarns do not break: a cell has no weakest
+    place.
     """
-    cards = sections(run.fabric, axial_share)
-    paths = sorted(cell_paths(run, cell, wales, courses), key=chain_order)
-    middle = np.mean([p.points[:-1, 2].mean() for p in paths if p.system == about]) if about else 0.0
+    cards, systems = sections(run.fabric, axial_share), systems_of(run.fabric)
+    paths = in_chain_order(run.fabric, cell_paths(run, cell, wales, courses))
+    bent = [one.name for one in run.fabric.inlays_along(about)] or systems
+    middle = np.mean([p.points[:-1, 2].mean() for p in paths if p.system in bent]) if about else 0.0
     chains = [
         PeriodicChain(
             path.points[:-1] - [0.0, 0.0, middle],
-            cards[SYSTEMS.index(path.system)],
-            SYSTEMS.index(path.system),
+            cards[systems.index(path.system)],
+            systems.index(path.system),
             stretch=stretch(run, path),
-            degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == "knit" else 1.0,
-            draw_in=(run.fabric.knitting.loop_shortening_fraction or 0.0) if path.system == "knit" else 0.0,
-            along=1 if path.system == "warp" else 0,
+            degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == KNIT else 1.0,
+            draw_in=(run.fabric.knitting.loop_shortening_fraction or 0.0) if path.system == KNIT else 0.0,
+            along=cell.spec.axis(path.system),
             normal=UPRIGHT,
         )
         for path in paths
@@ -170,9 +175,10 @@ def build_meso_cell(
     lattice, added = lattice_of(cell, wales, courses), mass_scaling(run)
     radius = max(float(card.radius) for card in cards)
     slide = max(slide, LEAST_SLIDE * max(run.fabric.wale_spacing, run.fabric.course_spacing) / radius)
-    return build_periodic(chains, lattice, SYSTEMS, contact, added, shrink=shrink, slide=slide)
+    return build_periodic(chains, lattice, systems, contact, added, shrink=shrink, slide=slide)
 
 
 def lattice_of(cell: Cell, wales: int, courses: int) -> Array:
     """Vectors (2, 3) [mm] by which ``wales`` x ``courses`` cells repeat."""
-    return np.array([wales * cell.periods["weft"], courses * cell.periods["warp"]])
+    x, y = cell.spec.size
+    return np.array([[wales * x, 0.0, 0.0], [0.0, courses * y, 0.0]])

@@ -16,7 +16,7 @@ from knittest.kernels.threading import limit_threads
 from knittest.kernels.tool_contact import tool_energies
 from knittest.kernels.vec import PARTITIONS
 from knittest.materials.laminate import laminate
-from knittest.materials.yarn_section import SYSTEMS, sections
+from knittest.materials.yarn_section import sections, systems_of
 from knittest.models.boundary import Boundary, Readings, new_tally
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.fabric_model import FabricModel
@@ -208,7 +208,7 @@ def _small_cell(run: Run) -> ExplicitModel:
     ]
     third = np.column_stack([along, zero, 10.0 * above])
     chains.append(PeriodicChain(third, cards[2], 2, normal=UPRIGHT, along=0))
-    return build_periodic(chains, 8.0 * np.eye(2, 3), SYSTEMS, yarn_contact(run))
+    return build_periodic(chains, 8.0 * np.eye(2, 3), systems_of(run.fabric), yarn_contact(run))
 
 
 def _small_strip(run: Run) -> ExplicitModel:

@@ -10,13 +10,15 @@ from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
+from knittest.config.structure import KNIT
 from knittest.fabric.strip import CutPath, cells_for_bias_strip, cut_on_the_bias
 from knittest.laboratory.base import shear_curve
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.strips import YarnStrip, centre_paths, cut_piece
 from knittest.materials.shear import shear_table
 from knittest.materials.trellis import crosshead, frame_angle
-from knittest.models.meso import chain_order
+from knittest.materials.yarn_section import systems_of
+from knittest.models.meso import in_chain_order
 from knittest.solve.state import SILENT, Observer
 
 Index = NDArray[np.int64]
@@ -258,7 +260,7 @@ def cut_bias_yarns(
     piece = cut_piece(run, n_wales, n_courses, specimen, observer)
     paths = centre_paths(piece.paths, np.array([n_wales * pitches[0], n_courses * pitches[1]]))
     # one loop may stay: the rows beside it hold it
-    shortest = {"warp": SHORTEST, "weft": SHORTEST, "knit": run.model.meso.elements_per_loop}
+    shortest = dict.fromkeys(systems_of(fabric), SHORTEST) | {KNIT: run.model.meso.elements_per_loop}
     found = cut_on_the_bias(paths, length, strip.width, shortest)
     free = [path for path in found if np.abs(path.points[:, 1]).min() < end]  # the rest lies in a jaw
-    return BiasYarns(piece, sorted(free, key=chain_order), n_wales, n_courses)
+    return BiasYarns(piece, in_chain_order(run.fabric, free), n_wales, n_courses)

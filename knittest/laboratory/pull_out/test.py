@@ -26,7 +26,7 @@ from knittest.laboratory.strips import (
     yarns_across,
 )
 from knittest.models.boundary import Boundary, Readings
-from knittest.models.meso import build_meso, chain_order
+from knittest.models.meso import build_meso, in_chain_order
 from knittest.models.tool import Table, ramp
 from knittest.solve.state import Observer, SimulationCost
 
@@ -47,11 +47,11 @@ def nodes_of(run: PullOutRun, paths: list[YarnPath], size: tuple[float, float]) 
     """Nodes of ``paths``, numbered as in the model, in a piece of ``size`` (along x, y) [mm]."""
     direction = run.rig.direction
     axis = AXIS[direction]
-    ordered = sorted(paths, key=chain_order)
+    ordered = in_chain_order(run.fabric, paths)
     start = np.concatenate([[0], np.cumsum([len(p.points) for p in ordered])])
-    indices = sorted(p.index for p in ordered if p.system == direction)
-    own = indices[len(indices) // 2]
-    chain = next(k for k, p in enumerate(ordered) if (p.system, p.index) == (direction, own))
+    system = run.fabric.inlays_along(direction)[0].name
+    inlays = [k for k, p in enumerate(ordered) if p.system == system]
+    chain = inlays[len(inlays) // 2]
     points = np.concatenate([p.points for p in ordered])
     along, across = points[:, axis], points[:, 1 - axis]
     if run.rig.clamped_edges == "sides":
@@ -117,6 +117,7 @@ class PullOut(FabricTest[PullOutRun]):
         rig = run.rig
         if not run.model.meso.contact:
             raise InputError("model.meso.contact = false: without contact nothing holds the inlay; set it to true")
+        check_has_inlays(run.fabric, rig.direction, "rig.direction", "pulls an inlay")
         yarns, wanted = yarns_across(run, rig.direction), LEAST_YARNS / run.fabric.density_per_mm.of(rig.direction)
         if yarns < LEAST_YARNS:
             raise InputError(

@@ -6,13 +6,13 @@ import numpy as np
 
 from knittest.base.errors import KnittestError
 from knittest.config.base import PerDirection, Quantity
-from knittest.config.fabric import YARN_LEVEL, Direction, Fabric
+from knittest.config.fabric import Direction, Fabric
 from knittest.config.quality_checks import CELL
 from knittest.config.run import Variability
+from knittest.config.structure import KNIT
 from knittest.config.yarn import packing_of, strength_of
 from knittest.config.yarn_card import MARK, is_filled
 from knittest.fabric.cell import STITCHES, Cell
-from knittest.fabric.loop import polyline_length
 from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.topology import bundle_peak, draw
 from knittest.materials.yarn_section import sections
@@ -57,7 +57,7 @@ def derived_lines(fabric: Fabric) -> list[str]:
 
 def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
     """Compare strength, fracture strain and bending with the yarns, shape and mass with the relaxed cell."""
-    if any(getattr(fabric, name) is None for name in YARN_LEVEL):
+    if not fabric.has_yarns:
         none = "the yarns are not described"
         yield make_counterpart("thickness", "thickness", "mm", fabric.thickness, None, none)
         yield make_counterpart("area mass", "area_mass", "g/m2", fabric.area_mass, None, none)
@@ -152,16 +152,17 @@ def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
     yield make_counterpart(
         "thickness", "thickness", "mm", fabric.thickness, cell.thickness, where, THICKNESS, shape, scatter
     )
-    loop = polyline_length(cell.closed_curve("knit"))
-    yield make_counterpart("loop length", "loop_length", "mm", fabric.loop_length, loop, where, LOOP, ("loop_length",))
-    for direction in DIRECTIONS:
-        quantity = fabric.reinforcing.crimp.of(direction)
-        found = 100.0 * cell.crimp(direction)
+    yield make_counterpart(
+        "loop length", "loop_length", "mm", fabric.loop_length, cell.loop_length, where, LOOP, ("loop_length",)
+    )
+    for one in fabric.inlays:
+        quantity = one.yarn.crimp.of(one.direction)
+        found = 100.0 * cell.crimp(one.name)
         yield Counterpart(
-            f"{direction} crimp", f"reinforcing.crimp.{direction}", "%", quantity.value, quantity.source, found, where,
-            max(CRIMP * found, 0.02), shape,
+            f"{one.name} crimp", f"{one.field}.crimp.{one.direction}", "%", quantity.value, quantity.source, found,
+            where, max(CRIMP * found, 0.02), shape,
         )  # fmt: skip
-    mass, area = cell_mass(fabric, cell), cell.spec.wale * cell.spec.course
+    mass, area = cell_mass(fabric, cell), float(np.prod(cell.spec.size))
     yield make_counterpart(
         "area mass", "area_mass", "g/m2", fabric.area_mass, 1e6 * mass / area, "yarns of the relaxed cell", MASS,
         CELL["area_mass_g_m2"], fabric.area_mass.sd or 0.0,
@@ -170,7 +171,6 @@ def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
 
 def cell_mass(fabric: Fabric, cell: Cell) -> float:
     """Mass [g] of one cell: lengths of its yarns times their linear densities."""
-    tex = {"knit": fabric.knitting.linear_density_g_per_mm} | dict.fromkeys(
-        DIRECTIONS, fabric.reinforcing.linear_density_g_per_mm
-    )
-    return sum(polyline_length(cell.closed_curve(system)) * density for system, density in tex.items())
+    tex = {one.name: one.yarn.linear_density_g_per_mm for one in fabric.inlays}
+    tex |= {KNIT: fabric.knitting.linear_density_g_per_mm}
+    return sum(cell.length(system) * density for system, density in tex.items())
