@@ -127,7 +127,7 @@ YARN_LEVEL = ("loop_length", "layers", "reinforcing", "knitting", "contact")
 
 
 class Fabric(Strict):
-    """Weft-knitted fabric with layers of inlays or none; without loops and yarns, any reinforcement at the macro scale."""
+    """Weft-knitted fabric with layers of inlays or none; any reinforcement without loops and yarns (macro scale)."""
 
     name: str = Field(description="short name, for file names", pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
     title: str = Field("", description="one line for reports")

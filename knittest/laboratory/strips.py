@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from knittest.base.errors import InputError
 from knittest.base.history import Array, Body, Frame, History, Mesh, Specimen
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.rigs import StripRig
@@ -50,6 +51,16 @@ def carrying_width(run: Run, direction: Direction, specimen: int = 0) -> float:
     if run.model.scale == "macro":
         return run.rig.width_mm
     return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
+
+
+def check_has_inlays(fabric: Fabric, direction: Direction, field: str, what: str) -> None:
+    """Raise :class:`InputError` for a fabric without inlays along ``direction``, which the test needs."""
+    if not fabric.inlays_along(direction):
+        given = {one.direction for one in fabric.inlays}
+        remedy = f"set {field}={next(iter(given))}" if given else "choose a fabric with inlays"
+        raise InputError(
+            f"{field} = {direction}: this test {what}, and the fabric has no {direction} inlays (fabric.layers); {remedy}"
+        )
 
 
 def pitch(run: Run, direction: Direction) -> float:

@@ -17,6 +17,7 @@ from knittest.laboratory.quality_checks import check_limit
 from knittest.laboratory.restart import history_from_time
 from knittest.laboratory.strips import (
     AXIS,
+    check_has_inlays,
     cut_piece,
     make_jaw,
     offsets,
