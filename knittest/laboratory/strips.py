@@ -59,7 +59,7 @@ def check_has_inlays(fabric: Fabric, direction: Direction, field: str, what: str
         given = {one.direction for one in fabric.inlays}
         remedy = f"set {field}={next(iter(given))}" if given else "choose a fabric with inlays"
         raise InputError(
-            f"{field} = {direction}: this test {what}, and the fabric has no {direction} inlays (fabric.layers); {remedy}"
+            f"{field} = {direction}: this test {what}, but the fabric has no {direction} inlays; {remedy}"
         )
 
 
