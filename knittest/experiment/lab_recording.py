@@ -218,7 +218,7 @@ def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> l
             one, other, over = (table.names[c] for c in (first[move], k, move))
             raise InputError(
                 f"{table.where}: columns {one!r} and {other!r} share the column {over!r}. For one specimen, remove "
-                f'one of them or choose with --column {lead}="{one}"; for two, give each its own travel'
+                f'one of them or import with --column {lead}="{one}"; for two, give each its own travel'
             )
         first[move] = k
         found.append([move, k, *(cs[at] for cs in beside)])

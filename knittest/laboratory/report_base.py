@@ -19,6 +19,7 @@ from knittest.base.result_rows import mean_factor
 from knittest.config.quality_checks import SolverCheck, deciding_fields, quality_checks_of, relaxed_limits
 from knittest.config.run import Run
 from knittest.config.sources import parameter_set_text
+from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import ReferenceCurve, add_note
 from knittest.experiment.origin import assumed_friction, borrowed_curves
 from knittest.experiment.tables import PublishedValue
@@ -122,6 +123,10 @@ class Report(Protocol[RunT]):
         """Columns of curve.csv with the force for the nominal size of the specimen."""
         factor, forces = mean_factor(self.factors(run)), (self.axes.y, self.axes.mean, self.axes.sd)
         return {name: factor * values if name in forces else values for name, values in columns.items()}
+
+    def conditions(self, run: RunT) -> Conditions:
+        """Conditions under which the curve of ``run`` serves as a reference: by default its test and direction."""
+        return Conditions(test=run.rig.kind, direction=run.direction)
 
     @abstractmethod
     def scale_curve(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
