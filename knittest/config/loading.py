@@ -14,8 +14,8 @@ from knittest.config.presets import default_scale, preset_paths, preset_settings
 from knittest.config.rigs import StripRig
 from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Layers, Setting, lay_setting, parse_set, refuse_contradictions
-from knittest.config.sources import FabricSource, fabric_file, lay_fabric, resolve_data_paths, variant_path
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, load_yaml, value_excerpt
+from knittest.config.sources import FabricSource, fabric_file, lay_fabric, resolve_data_paths, test_file, variant_path
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
 
 DIRECTIONS: tuple[str, ...] = get_args(Direction)
 
@@ -167,7 +167,7 @@ def _test_name(document: Document, asked: str | None) -> str:
 
 
 def _run_document(config: Path | str | None) -> Document:
-    return Document("defaults", {}) if config is None else load_yaml(Path(config))
+    return Document("defaults", {}) if config is None else test_file(Path(config))
 
 
 def _option_settings(asked: Options) -> list[Setting]:

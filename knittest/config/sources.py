@@ -10,6 +10,7 @@ from typing import Any
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir, data_dir, variants
 from knittest.config.aliases import present_set
+from knittest.config.fabric import Fabric
 from knittest.config.messages import unknown_name_text
 from knittest.config.run import Run
 from knittest.config.settings import Layers
@@ -37,6 +38,8 @@ def _contents(path: Path) -> dict[Path, bytes]:
 NUMBERED = {"1": "pham2019-v1", "2": "pham2019-v2"}
 DEFAULT_SET = "calibrated"
 SETS = "parameter_sets"
+#: fields at the top of the file of a test or a run, and of a fabric file
+RUN_FIELDS, FABRIC_FIELDS = frozenset(Run.model_fields), frozenset({*Fabric.model_fields, SETS})
 #: name in a run of the numbers of a fabric without sets
 BASE = "base"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
@@ -63,8 +66,19 @@ class FabricSource:
 
 
 def fabric_file(path: Path) -> FabricSource:
-    """Fabric in a fabric file."""
-    return FabricSource(load_yaml(path), (), path.resolve().parent, inline=False)
+    """Fabric in a fabric file; raises :class:`InputError` also for a file with a test."""
+    document = load_yaml(path)
+    if RUN_FIELDS & document.data.keys() and not FABRIC_FIELDS & document.data.keys():
+        raise InputError(f"{path}: this is the file of a test, not a fabric file: give it as --config {path}")
+    return FabricSource(document, (), path.resolve().parent, inline=False)
+
+
+def test_file(path: Path) -> Document:
+    """Config of a test or a whole run in a file; raises :class:`InputError` also for a fabric file."""
+    document = load_yaml(path)
+    if FABRIC_FIELDS & document.data.keys() and not RUN_FIELDS & document.data.keys():
+        raise InputError(f"{path}: this is a fabric file, not the file of a test: give it as --fabric {path}")
+    return document
 
 
 def variant_path(variant: str) -> Path:
