@@ -146,11 +146,13 @@ class Watcher(SpecimenKeeper):
     ) -> None:
         super().__init__(store, specimen)
         self._label, self._until_failure, self._progress, self._log = label, until_failure, progress, log
+        self._attempt = 1
 
     def phase(self, text: str) -> None:
         """Show the phase."""
         until_failure = self._until_failure and text == TESTING
-        self._progress.phase(f"{self._label}: {text}", until_failure=until_failure)
+        label = f"{self._label}, attempt {self._attempt}" if self._attempt > 1 else self._label
+        self._progress.phase(f"{label}: {text}", until_failure=until_failure)
 
     def overlaps(self, found: Overlaps) -> None:
         """Log overlapping yarns."""
@@ -180,7 +182,9 @@ class Watcher(SpecimenKeeper):
         self._progress.say(f"{self._label}: resumed at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
 
     def restarts(self, share: float, reason: str = "") -> None:
-        """Print the reason, and discard the checkpoints."""
+        """End the attempt without a result, print the reason, and discard the checkpoints."""
         self._log("restart", number=self.specimen, share=share, reason=reason)
+        self._attempt += 1
+        self._progress.abandon_phase()
         self._progress.say(f"{self._label}: {reason}")
         super().restarts(share)
