@@ -1,5 +1,6 @@
 """Old names of config fields and parameter sets. They are read for one more version, with a warning."""
 
+import sys
 import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -38,9 +39,22 @@ class OldNameWarning(FutureWarning):
 
 
 def warn_of_old_name(where: str, old: str, new: str) -> None:
-    """Warn that ``old``, stated at ``where`` (a file with its line, or an option), is now called ``new``."""
+    """Warn that ``old``, stated at ``where`` (a file with its line, or an option), is now called ``new``.
+
+    The warning is placed at the first caller outside knittest.
+    """
     text = f"{where}: {old} is now called {new}; write {new}, because version {END} does not read the old name"
-    warnings.warn(text, OldNameWarning, stacklevel=2)
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("knittest."):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, OldNameWarning, stacklevel=level)
+
+
+def present_field(name: str) -> str:
+    """Present name of the field with the dotted ``name``, without a warning: for files of an earlier version."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OldNameWarning)
+        return ".".join(map(str, present_path(tuple(name.split(".")), "")))
 
 
 def present_path(path: KeyPath, where: str) -> KeyPath:
@@ -54,12 +68,15 @@ def present_path(path: KeyPath, where: str) -> KeyPath:
 
 
 def present_set(name: str, sets: Mapping[str, object], where: str) -> str:
-    """Name of the parameter set ``name`` among those of a fabric; warns of an old one, stated at ``where``."""
-    present = PARAMETER_SETS.get(name)
-    if present is None or name in sets or present not in sets:
-        return name
-    warn_of_old_name(where, f"parameter set {name}", present)
-    return present
+    """Name of the parameter set ``name`` among ``sets``, those of a fabric.
+
+    Warns of an old name, stated at ``where`` or in the fabric.
+    """
+    for old, present in PARAMETER_SETS.items():
+        if name in (old, present) and name not in sets and (found := present if name == old else old) in sets:
+            warn_of_old_name(where if name == old else "the fabric file", f"parameter set {old}", present)
+            return found
+    return name
 
 
 def present_names(

@@ -264,6 +264,10 @@ def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Calla
     )  # fmt: skip
 
 
+#: present name of each method of a test that would no longer be called by its old name
+OLD_METHODS = {"refuse": "check_run"}
+
+
 def _make_part(kind: TestKind, part: str, protocol: type) -> Any:
     """Instance of ``part`` of ``kind`` with defaults of its ``protocol``; raises :class:`InputError` if incomplete."""
     maker, made = kind.load(part), None
@@ -276,6 +280,9 @@ def _make_part(kind: TestKind, part: str, protocol: type) -> Any:
     if missing:
         lacking = ", ".join(sorted(missing))
         raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {lacking}: see {protocol.__name__}")
+    for old, name in OLD_METHODS.items():
+        if hasattr(made, old):
+            raise InputError(f"test {kind.name}: {getattr(kind, part)}: {old} is now called {name}: rename the method")
     for name, default in vars(protocol).items():  # of one that does not inherit the protocol
         if name.startswith("_") or hasattr(made, name):
             continue

@@ -4,6 +4,7 @@ import pytest
 from pydantic import BaseModel
 
 from knittest.base.errors import InputError
+from knittest.base.files import configs_dir
 from knittest.config.aliases import FIELDS, OldNameWarning
 from knittest.config.loading import resolve
 from knittest.config.run import RUNS
@@ -47,6 +48,21 @@ def test_an_old_parameter_set_is_the_present_one():
     with pytest.warns(OldNameWarning, match="parameter set gripping is now called spin-friction"):
         old = resolve(variant="1", parameters="gripping")
     assert old == resolve(variant="1", parameters="spin-friction")
+
+
+def test_a_copied_fabric_with_the_old_set_answers_to_the_present_name(tmp_path):
+    shipped, own = (configs_dir() / "fabrics/pham2019-v1.yaml").read_text(), tmp_path / "own.yaml"
+    own.write_text(shipped.replace("  spin-friction:", "  gripping:"))
+    with pytest.warns(OldNameWarning, match="the fabric file: parameter set gripping is now called spin-friction"):
+        run = resolve(fabric=own, parameters="spin-friction")
+    assert run.fabric == resolve(variant="1", parameters="spin-friction").fabric
+
+
+def test_the_warning_is_placed_at_the_caller():
+    with pytest.warns(OldNameWarning) as found:
+        parse_set("rig.torn=ends")
+        parse_document("rig: {torn: ends}", "x")
+    assert {one.filename for one in found} == {__file__}
 
 
 def test_present_names_give_no_warning_and_no_old_name_is_a_field(recwarn):

@@ -173,6 +173,18 @@ def test_a_part_that_cannot_be_made_is_refused():
         _make_part(kind, "test", Test)
 
 
+class Earlier(Unfinished):
+    """A test with the check of an earlier version, which nothing calls any more."""
+
+    solve = results = assess = refuse = Unfinished.prepare
+
+
+def test_a_test_with_an_old_check_is_told_its_present_name():
+    kind = replace(kinds()["friction"], test=f"{__name__}:Earlier")
+    with pytest.raises(InputError, match=rf"friction: {__name__}:Earlier: refuse is now called check_run: rename"):
+        _make_part(kind, "test", Test)
+
+
 def test_an_option_of_a_test_keeps_all_digits(monkeypatch):
     asked = {}
     monkeypatch.setattr("knittest.cli.options.resolve_runs", lambda kind, direction, chosen: asked.update(chosen) or [])

@@ -99,6 +99,15 @@ def _paths(fields: dict, source: str, at: str = "") -> list[str]:
     return found
 
 
+def test_an_old_run_with_a_relaxed_limit_states_that_of_the_preset(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run", sets=["solver.max_law_extrapolation=8"])
+    limit = {"name": "solver.max_beyond_law", "value": 8.0, "preset": 5.0, "unit": "%", "accepted": True}
+    edit_json(folder / "summary.json", limits=[limit])
+    page = page_of(folder)
+    text = page.text(page.section("run-1-gates"))
+    assert text.count("8 % (preset 5 %)") == 2 and "limit: solver.max_law_extrapolation = 8 %" in text
+
+
 def test_chart_says_what_the_curve_beside_it_is(tensile: tuple[Path, HtmlPage], tmp_path: Path) -> None:
     _, page = tensile
     chart = page.pictures()[0].decode()  # matplotlib leaves the text of each label as a comment
