@@ -29,6 +29,8 @@ FIELDS: dict[tuple[str, str], str] = {
 }
 #: present name of each old parameter set of a fabric
 PARAMETER_SETS = {"gripping": "spin-friction"}
+#: present name of each old number of summary.json
+RESULTS = {"draw_in_pct": "loop_shortening_pct"}
 #: old fields as a list of fields names them; any other text with dots may be a file
 _HOLDERS = {"knitting": "fabric.knitting", "holder": "rig.holder"}
 _OLD_PATHS = {f"{_HOLDERS.get(holder, holder)}.{name}" for holder, name in FIELDS if holder}
@@ -65,6 +67,11 @@ def present_path(path: KeyPath, where: str) -> KeyPath:
     if found != path:
         warn_of_old_name(where, ".".join(map(str, path)), ".".join(map(str, found)))
     return found
+
+
+def present_results(numbers: Any) -> Any:
+    """Numbers of a summary.json with present names, without a warning; anything else as it is."""
+    return {RESULTS.get(key, key): value for key, value in numbers.items()} if isinstance(numbers, dict) else numbers
 
 
 def present_set(name: str, sets: Mapping[str, object], where: str) -> str:

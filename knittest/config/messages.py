@@ -54,7 +54,7 @@ def _finding_line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
             value, at = value["value"], (*path, "value")
         stated = "" if value is None or isinstance(value, dict) else f" = {value_excerpt(value)}"
         what = _expectation(item, value, field_at(path, kind))
-    return f"{layers.where(at) or 'defaults'}: {dotted_path(path)}{stated}: {what}"
+    return f"{layers.place_of(at) or 'defaults'}: {dotted_path(path)}{stated}: {what}"
 
 
 def _append_unit(text: str, field: ConfigField | None, before: str = " [", after: str = "]") -> str:
@@ -117,9 +117,9 @@ def parse_as(model: type[Parsed], document: Document) -> Parsed:
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
-        layers = Layers(origin={(): document.where(())})
+        layers = Layers(origin={(): document.place_of(())})
         for key, value in document.data.items():
-            layers.lay(value, document.where, (key,))
+            layers.lay(value, document.place_of, (key,))
         raise input_error(error, layers, model) from None
 
 

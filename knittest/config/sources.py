@@ -116,31 +116,31 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     document, fields = source.document, source.fields
     if not isinstance(fields, dict):
         raise InputError(
-            f"{document.where(source.root)}: fabric: expected a mapping of fields, found {describe(fields)}"
+            f"{document.place_of(source.root)}: fabric: expected a mapping of fields, found {describe(fields)}"
         )
     base = {key: value for key, value in fields.items() if key != SETS}
-    layers.lay(base, lambda path: document.where(source.root + path[1:]), ("fabric",))
+    layers.lay(base, lambda path: document.place_of(source.root + path[1:]), ("fabric",))
     if SETS not in fields:
         if wanted is not None and not (source.inline and wanted == document.data.get("parameters")):
             raise InputError(
-                f"{document.where(source.root)}: --parameters {wanted}: the fabric has no {SETS}: leave out "
+                f"{document.place_of(source.root)}: --parameters {wanted}: the fabric has no {SETS}: leave out "
                 f"--parameters, or add {SETS}: {{{wanted}: {{...}}}} to the file"
             )
         return wanted or BASE
     sets, name, at = fields[SETS], wanted or DEFAULT_SET, (*source.root, SETS)
     if not isinstance(sets, dict) or not sets:
-        raise InputError(f"{document.where(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
+        raise InputError(f"{document.place_of(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
     name = present_set(name, sets, f"--parameters {name}")
     if name not in sets:
         raise InputError(
-            f"{document.where(at)}: parameters = {name}: {unknown_name_text(name, list(sets), 'parameter set')}"
+            f"{document.place_of(at)}: parameters = {name}: {unknown_name_text(name, list(sets), 'parameter set')}"
         )
     at = (*at, name)
     if not isinstance(sets[name], dict | None):
         raise InputError(
-            f"{document.where(at)}: {name}: expected a mapping of fabric fields, found {describe(sets[name])}"
+            f"{document.place_of(at)}: {name}: expected a mapping of fabric fields, found {describe(sets[name])}"
         )
-    layers.lay(sets[name] or {}, lambda path: document.where(at + path[1:]), ("fabric",))
+    layers.lay(sets[name] or {}, lambda path: document.place_of(at + path[1:]), ("fabric",))
     return name
 
 
@@ -169,7 +169,7 @@ def resolve_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run
         path, variant = ("fabric", "experiment_variant"), str(fabric.experiment_variant)
         if variant not in (known := variants(roots[0] / experiment)):
             raise InputError(
-                f"{layers.where(path)}: {dotted_path(path)} = {value_excerpt(variant)}: expected one of "
+                f"{layers.place_of(path)}: {dotted_path(path)} = {value_excerpt(variant)}: expected one of "
                 f"{', '.join(known)}, which "
                 f"{roots[0] / experiment} has"
             )
@@ -189,7 +189,7 @@ def _settle_path(
 ) -> str:
     def refuse(expectation: str) -> InputError:
         return InputError(
-            f"{layers.where(path) or 'defaults'}: {dotted_path(path)} = {value_excerpt(text)}: {expectation}"
+            f"{layers.place_of(path) or 'defaults'}: {dotted_path(path)} = {value_excerpt(text)}: {expectation}"
         )
 
     if not text or "\0" in text:

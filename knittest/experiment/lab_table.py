@@ -88,7 +88,7 @@ class LabTable:
     count: int = 1
 
     @property
-    def where(self) -> str:
+    def header_place(self) -> str:
         """File and line of the column names, or of the units below them."""
         return f"{self.place}:{self.line}"
 
@@ -107,7 +107,7 @@ class LabTable:
 
     def unit(self, column: int, units: Mapping[str, float]) -> str:
         """Unit of a column; raises :class:`InputError` for one that is not in ``units``."""
-        return lab_units.find_stated_unit(self.names[column], self.units[column], units, self.where)
+        return lab_units.find_stated_unit(self.names[column], self.units[column], units, self.header_place)
 
 
 def read_tables(path: Path, given: ReadOptions, wanted: Wanted, words: str, own: tuple[str, ...]) -> list[LabTable]:

@@ -13,7 +13,7 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.figure import Stamp
 from knittest.base.history import Body, History, Specimen
-from knittest.base.kinds import Parts, TestKind, kinds
+from knittest.base.kinds import Parts, TestKind, check_method_names, kinds
 from knittest.base.progress import tell
 from knittest.base.result_rows import mean_factor
 from knittest.config.quality_checks import SolverCheck, deciding_fields, quality_checks_of, relaxed_limits
@@ -280,9 +280,7 @@ def _make_part(kind: TestKind, part: str, protocol: type) -> Any:
     if missing:
         lacking = ", ".join(sorted(missing))
         raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {lacking}: see {protocol.__name__}")
-    for old, name in OLD_METHODS.items():
-        if hasattr(made, old):
-            raise InputError(f"test {kind.name}: {getattr(kind, part)}: {old} is now called {name}: rename the method")
+    check_method_names(type(made), OLD_METHODS)
     for name, default in vars(protocol).items():  # of one that does not inherit the protocol
         if name.startswith("_") or hasattr(made, name):
             continue

@@ -177,7 +177,7 @@ class Watcher(SpecimenKeeper):
             self._log("goes on", number=self.specimen, at_ms=found.time)
         return found
 
-    def resumed(self, fraction: float, time_ms: float) -> None:
+    def report_resume(self, fraction: float, time_ms: float) -> None:
         """Print where the run is resumed."""
         self._progress.say(f"{self._label}: resumed at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
 

@@ -1,5 +1,8 @@
 """Old names of fields and parameter sets: the run of the present names, and a warning with file and line."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from pydantic import BaseModel
 
@@ -10,6 +13,8 @@ from knittest.config.loading import resolve
 from knittest.config.run import RUNS
 from knittest.config.settings import parse_set
 from knittest.config.yaml_loader import load_yaml, parse_document
+from knittest.pose import Chain, round_section
+from knittest.report_page.files import Summary
 
 
 def test_old_fields_of_a_config_give_the_same_run(tmp_path):
@@ -40,8 +45,8 @@ def test_names_below_parameter_sets_rigs_and_with_dots(tmp_path):
         "grid": {"rig.width": [20], "rig.at_fracture": ["ends"]},
         "slide": 1,
     }
-    assert document.where(("grid", "rig.at_fracture")) == f"{file}:6"
-    assert document.where(("parameter_sets", "a", "knitting", "loop_shortening")) == f"{file}:1"
+    assert document.place_of(("grid", "rig.at_fracture")) == f"{file}:6"
+    assert document.place_of(("parameter_sets", "a", "knitting", "loop_shortening")) == f"{file}:1"
 
 
 def test_an_old_parameter_set_is_the_present_one():
@@ -63,6 +68,18 @@ def test_the_warning_is_placed_at_the_caller():
         parse_set("rig.torn=ends")
         parse_document("rig: {torn: ends}", "x")
     assert {one.filename for one in found} == {__file__}
+
+
+def test_a_chain_with_the_old_field_is_the_present_one():
+    points, section = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), round_section(60e3, 0.75, 2.5e-3)
+    with pytest.warns(OldNameWarning, match="Chain: draw_in is now called loop_shortening"):
+        old = Chain(points, section, draw_in=0.01)
+    assert old == Chain(points, section, loop_shortening=0.01) and replace(old, part=1).loop_shortening == 0.01
+
+
+def test_numbers_of_an_old_summary_have_present_names():
+    rest = Summary.model_validate({"rest": {"draw_in_pct": 1.0, "munden_kc": 5.0}}).rest
+    assert rest == {"loop_shortening_pct": 1.0, "munden_kc": 5.0}
 
 
 def test_present_names_give_no_warning_and_no_old_name_is_a_field(recwarn):

@@ -62,7 +62,7 @@ def test_results_stand_beside_the_experiment_and_energies_are_those_of_the_table
     scatter = f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"
     verdict = f"{peak['deviation_sd']:+.2f} sd within 1 sd"
     assert rows["peak force [N]"][1:5] == ["5666", scatter, verdict, "tuned"]
-    metrics = dict(tables[f"Curve compared with {METRICS['judged_against']} (reconstructed)"])
+    metrics = dict(tables[f"Curve compared with {METRICS['compared_with']} (reconstructed)"])
     assert metrics["error of the peak force"] == "-2.625 %"
     assert "Tuned: " in page.text()
     assert "Predicted:" not in page.text(page.section("run-1-results"))
@@ -184,7 +184,7 @@ def test_nothing_of_a_user_becomes_markup(tmp_path: Path) -> None:
     rows = [{**row, "kind": HOSTILE, "source": HOSTILE} for row in summary["comparison"]]
     results = summary["results"] | {HOSTILE: 1.0}
     edit_json(folder / "summary.json", comparison=rows, refused=[HOSTILE], results=results)
-    edit_json(folder / "comparison.json", curves=[{**METRICS, "judged_against": HOSTILE, "rating": {HOSTILE: HOSTILE}}])
+    edit_json(folder / "comparison.json", curves=[{**METRICS, "compared_with": HOSTILE, "rating": {HOSTILE: HOSTILE}}])
     (folder / f"{HOSTILE.replace('/', '')[:60]}.png").write_bytes((folder / "deformed.png").read_bytes())
     page = page_of(folder)
     assert page.text().count("<script>alert(1)</script>") >= 8

@@ -63,7 +63,7 @@ class Ticking:
 
     duration, coordinate, force, mounted_at, averaged_from, marks, locks = 1e9, "x", "f", 0.0, 1e9, (), False
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         return broken
 
 
@@ -76,7 +76,7 @@ def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> model._TimedRi
     for k in range(1, 1000):
         now[0] += seconds
         model._Stopwatch(brief.times).progress(0.0, 20.0 * k, 0.0, 0.0)
-        if brief.finished(0.0, 0.0, k >= broken_at):
+        if brief.is_finished(0.0, 0.0, k >= broken_at):
             return brief
     raise AssertionError("never over")
 

@@ -184,7 +184,7 @@ def test_parallel_runs_and_resumed_ones_report_themselves(kind) -> None:
     with Progress(stream=stream, clock=clock) as progress:
         progress.phase("weft: running in parallel")
         store: Any = SimpleNamespace(interval=1.0)
-        Watcher(store, 0, "warp", True, progress, print).resumed(0.637, 5.2)
+        Watcher(store, 0, "warp", True, progress, print).report_resume(0.637, 5.2)
         clock.now += 3.0
         progress.report_done("weft, beside", 75.31)
     assert "weft, beside: done in 75.3 s" in stream.getvalue() and "running in parallel: done" not in stream.getvalue()

@@ -179,9 +179,9 @@ class _TimedRig:
         self._rig.constrain(boundary)
         self.step = boundary.dt
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """Tell whether the test has ended, or enough steps and seconds are timed."""
-        if len(self.times) < 2 or self._rig.finished(force, peak, broken):
+        if len(self.times) < 2 or self._rig.is_finished(force, peak, broken):
             return len(self.times) >= 2
         spent = self.times[-1][1] - self.times[0][1]
         return spent >= ENOUGH or (self.timed >= STEPS and spent >= SECONDS)

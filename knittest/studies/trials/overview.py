@@ -154,7 +154,7 @@ def outcome_line(label: str, record: Record) -> str:
     seconds = f"({record.seconds:.1f} s)"
     if record.status == "completed":
         numbers = [f"{LABELS.get(k, (k, '{:.4g}'))[0]} {v:.4g}" for k, v in list(record.results.items())[:2]]
-        return f"{label}: completed{again}{f': {', '.join(numbers)}' if numbers else ''} {seconds}"
+        return f"{label}: completed{again}{': ' if numbers else ''}{', '.join(numbers)} {seconds}"
     reason = shorten_text(record.reason, LONGEST_REASON) or "no reason is recorded"
     line = f"{record.status}{again}: {reason} {seconds}"
     return f"{line}: {shorten_text(label, LONGEST_LINE - len(line))}"
