@@ -53,6 +53,13 @@ def present_path(path: KeyPath, where: str) -> KeyPath:
     return found
 
 
+def present_fields(name: str) -> list[str]:
+    """Present paths of the old field ``name``, which may lack its holders; empty for any other name."""
+    paths = {f"{_HOLDERS.get(holder, holder)}.{old}": (holder, new) for (holder, old), new in FIELDS.items()}
+    found = [held for old, held in paths.items() if f".{old}".endswith(f".{name}")]
+    return [f"{_HOLDERS.get(holder, holder)}.{new}".removeprefix(".") for holder, new in found]
+
+
 def present_set(name: str, sets: Mapping[str, object], where: str) -> str:
     """Name of the parameter set ``name`` among those of a fabric; warns of an old one, stated at ``where``."""
     present = PARAMETER_SETS.get(name)
