@@ -143,7 +143,7 @@ STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0
 
 #: mean time per step of a meso test over that of its first steps, to failure and else: contacts of yarns that move are
 #: searched more often. Measured: 1.8 to 1.9 (tensile), 1.4 (biaxial), 1.5 (picture frame), 1.0 (friction, pull-out)
-TO_FAILURE, ELSE = 1.8, 1.25
+TO_FAILURE, ELSE = 1.8, 1.15
 #: seconds of a run besides its specimens: program start and results; pictures and report
 PROGRAM, OUTPUT = 2.0, 2.0
 
