@@ -74,6 +74,13 @@ def present_results(numbers: Any) -> Any:
     return {RESULTS.get(key, key): value for key, value in numbers.items()} if isinstance(numbers, dict) else numbers
 
 
+def present_fields(name: str) -> list[str]:
+    """Present paths of the old field ``name``, which may lack its holders; empty for any other name."""
+    paths = {f"{_HOLDERS.get(holder, holder)}.{old}": (holder, new) for (holder, old), new in FIELDS.items()}
+    found = [held for old, held in paths.items() if f".{old}".endswith(f".{name}")]
+    return [f"{_HOLDERS.get(holder, holder)}.{new}".removeprefix(".") for holder, new in found]
+
+
 def present_set(name: str, sets: Mapping[str, object], where: str) -> str:
     """Name of the parameter set ``name`` among ``sets``, those of a fabric.
 

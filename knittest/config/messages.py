@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.base import BoundsError, convert_to_field_unit
+from knittest.config.base import BoundsError, check_bounds, convert_to_field_unit
 from knittest.config.fields import ConfigField, all_paths, field_at, most_similar_name
 from knittest.config.settings import Layers
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
@@ -99,6 +99,11 @@ def _number_expectation(number: str, value: object, field: ConfigField | None) -
         unit = field.unit if field else ""
         converted = convert_to_field_unit(float(stated[1].replace(",", ".")), stated[2], unit)
         hint = f" (write {converted or _append_unit('the number without unit', field, ', in ', '')})"
+        if converted and field:
+            try:
+                check_bounds(float(converted), field.meta)
+            except BoundsError as error:
+                hint = f" ({_append_unit(converted, field, ' ', '')}: {error.expected.partition(' (')[0]})"
     return f"{expected}{mapping}, found {describe(value)}{hint}"
 
 

@@ -2,6 +2,7 @@
 
 import re
 import stat
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir, data_dir, variants
-from knittest.config.aliases import present_set
+from knittest.config.aliases import OldNameWarning, present_set
 from knittest.config.fabric import Fabric
 from knittest.config.messages import unknown_name_text
 from knittest.config.run import Run
@@ -106,7 +107,9 @@ def variant_path(variant: str) -> Path:
 def _is_fabric(path: Path) -> bool:
     """Tell whether a file holds a fabric and not a rig or a run; a broken file may."""
     try:
-        return "name" in load_yaml(path).data
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OldNameWarning)  # of a file that no run reads
+            return "name" in load_yaml(path).data
     except InputError:
         return True
 

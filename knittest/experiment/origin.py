@@ -22,6 +22,7 @@ from knittest.config.quality_checks import (
     reproduces_input,
 )
 from knittest.config.run import Run, Scale
+from knittest.config.yarn_card import SETTINGS, is_filled
 
 MAX_BYTES = 10_000_000
 #: line in the head of a curve
@@ -112,15 +113,24 @@ ORIGINS: Mapping[str, Origin[Any]] = Parts(lambda kind: kind.load("origin")() if
 
 
 def assumed_fields(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
-    """Fields of ``fabric`` that are assumed, or taken from another fabric, which is named."""
+    """Fields of ``fabric`` that are assumed, or taken from another fabric, which is named.
+
+    For a number of a yarn card that was derived from an assumed one, such as the fracture strain from the efficiency,
+    that one.
+    """
     owners = borrowed_curves(fabric)
     found = []
     for field in fields:
+        value = field_value(fabric, field)
         if field in owners:
             found.append(f"{field} (from {owners[field]})")
-        elif getattr(field_value(fabric, field), "source", None) == "assumed":
+        elif getattr(value, "source", None) == "assumed":
             found.append(field)
-    return tuple(found)
+        elif is_filled(value):
+            system, name, *_ = [*field.split("."), ""]
+            settings = [f"{system}.{setting}" for setting, derived in SETTINGS.items() if derived == name]
+            found += [one for one in settings if getattr(field_value(fabric, one), "source", None) == "assumed"]
+    return tuple(dict.fromkeys(found))
 
 
 #: names of rows as ``tuned_on`` and ``chosen_by`` write them, after variant and direction: "V1 warp max. tensile force"

@@ -11,6 +11,7 @@ from knittest.base.files import configs_dir
 from knittest.config.aliases import FIELDS, OldNameWarning
 from knittest.config.loading import resolve
 from knittest.config.run import RUNS
+from knittest.config.schema import field_lines
 from knittest.config.settings import parse_set
 from knittest.config.yaml_loader import load_yaml, parse_document
 from knittest.pose import Chain, round_section
@@ -92,6 +93,25 @@ def test_the_old_and_the_present_name_at_once_are_refused():
     for text in ("rig:\n  slide: 1\n  max_slip: 3\n", "grid:\n  rig.max_slip: [3]\n  rig.slide: [1, 2]\n"):
         with pytest.warns(OldNameWarning), pytest.raises(InputError, match=r"x:\d: (rig\.)?slide is the old name"):
             parse_document(text, "x")
+
+
+@pytest.mark.parametrize("old", ["rig.slide", "slide"])
+def test_the_schema_explains_an_old_field_by_its_present_name(old, recwarn):
+    lines = field_lines(old)
+    assert lines[:2] == [f"{old} is now called rig.max_slip", "rig.max_slip"]
+    assert lines[1:] == field_lines("rig.max_slip") and not recwarn.list
+    assert field_lines("draw_in")[0] == "draw_in is now called fabric.knitting.loop_shortening"
+    with pytest.raises(InputError, match="differ: is now called differing_fields, a field of the file of a study"):
+        field_lines("differ")
+
+
+def test_files_that_no_run_reads_give_no_warning(tmp_path, monkeypatch, recwarn):
+    (tmp_path / "configs").mkdir()
+    (tmp_path / "configs" / "stale.yaml").write_text("name: stale\nknitting: {draw_in: 1}\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match=r"unknown fabric .*stale"):
+        resolve(variant="none")
+    assert not recwarn.list
 
 
 def test_names_of_files_stay(recwarn):
