@@ -16,7 +16,7 @@ __version__ = "0.3.0"
 #: name that is loaded when it is first used: module that holds it
 _PUBLIC = {
     **dict.fromkeys(("run_test", "resume"), "knittest.api.tests"),
-    **dict.fromkeys(("Gates", "Run", "Runs", "load"), "knittest.api.run"),
+    **dict.fromkeys(("Gates", "QualityChecks", "Run", "Runs", "load"), "knittest.api.run"),
     **dict.fromkeys(("Study", "batch", "calibrate", "homogenise", "uncertainty"), "knittest.api.studies"),
     "Fabric": "knittest.api.fabric",
     "InputError": "knittest.base.errors",

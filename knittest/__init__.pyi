@@ -10,6 +10,7 @@ from knittest import errors as errors
 from knittest import pose as pose
 from knittest.api.fabric import Fabric as Fabric
 from knittest.api.run import Gates as Gates
+from knittest.api.run import QualityChecks as QualityChecks
 from knittest.api.run import Run as Run
 from knittest.api.run import Runs as Runs
 from knittest.api.run import load as load

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from knittest.api.notebook_view import NotebookPages, show_views
 from knittest.base.errors import InputError
 from knittest.base.summary import Summary
+from knittest.config.aliases import warn_of_old_name
 from knittest.runs.opened_run import manifest_of
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ DIRECTIONS = ("warp", "weft")
 
 
 @dataclass(frozen=True)
-class Gates:
+class QualityChecks:
     """Quality checks of a run: verdict, values [-], reasons of failure and warnings; true if all passed."""
 
     passed: bool
@@ -33,7 +34,20 @@ class Gates:
         return self.passed
 
 
-class Run:
+Gates = QualityChecks  # old name, until 0.4
+
+
+class _OldNames:
+    """Attribute of runs by its old name, which is read for one more version."""
+
+    @property
+    def gates(self) -> QualityChecks:
+        """Old name of ``quality_checks``."""
+        warn_of_old_name(f"knittest.{type(self).__name__}", "gates", "quality_checks")
+        return self.quality_checks  # type: ignore[attr-defined, no-any-return]
+
+
+class Run(_OldNames):
     """Run folder. Names of columns and results end with their unit: ``strain_pct``, ``peak_force_n``, ``time_ms``.
 
     Attributes of completed runs raise :class:`InputError` for other runs.
@@ -47,7 +61,7 @@ class Run:
     def __repr__(self) -> str:
         verdict = ""
         if self.status == "completed":
-            verdict = ", quality checks passed" if self.gates else ", quality checks FAILED"
+            verdict = ", quality checks passed" if self.quality_checks else ", quality checks FAILED"
         return f"<knittest.Run {self.folder}: {self.status}{verdict}>"
 
     @property
@@ -74,10 +88,10 @@ class Run:
         return self.summary["results"]
 
     @property
-    def gates(self) -> Gates:
+    def quality_checks(self) -> QualityChecks:
         """Quality checks of the run."""
         found = self.summary
-        return Gates(not found["refused"], found["quality"], found["refused"], found["warnings"])
+        return QualityChecks(not found["refused"], found["quality"], found["refused"], found["warnings"])
 
     @property
     def curve(self) -> "DataFrame":
@@ -101,7 +115,7 @@ class Run:
 
             ax = pyplot.subplots()[1]
         label = self.summary["direction"] or self.summary["rig"]
-        ax.plot(curve[axes.x], curve[y], label=label if self.gates else f"{label} (failed quality checks)")
+        ax.plot(curve[axes.x], curve[y], label=label if self.quality_checks else f"{label} (failed quality checks)")
         ax.set(xlabel=axes.xlabel, ylabel=axes.ylabel)
         if axes.logarithmic:
             ax.set_xscale("log")
@@ -136,7 +150,7 @@ class Run:
             raise InputError(f"{self.folder / name} cannot be read: {error}") from None
 
 
-class Runs(Sequence[Run]):
+class Runs(_OldNames, Sequence[Run]):
     """Runs of one call, warp and weft, in ``folder``; ``runs.warp`` is that of the warp.
 
     ``curve`` and ``energies`` join all runs with a column ``direction``; other attributes are dicts by direction.
@@ -174,14 +188,14 @@ class Runs(Sequence[Run]):
         return {name: run.results for name, run in self._runs.items()}
 
     @property
-    def gates(self) -> Gates:
+    def quality_checks(self) -> QualityChecks:
         """Quality checks of all runs, which pass if all runs do; numbers and reasons begin with the direction."""
-        found = {name: run.gates for name, run in self._runs.items()}
-        return Gates(
-            all(gates.passed for gates in found.values()),
-            {f"{name}.{key}": value for name, gates in found.items() for key, value in gates.values.items()},
-            [f"{name}: {text}" for name, gates in found.items() for text in gates.refused],
-            [f"{name}: {text}" for name, gates in found.items() for text in gates.warnings],
+        found = {name: run.quality_checks for name, run in self._runs.items()}
+        return QualityChecks(
+            all(checks.passed for checks in found.values()),
+            {f"{name}.{key}": value for name, checks in found.items() for key, value in checks.values.items()},
+            [f"{name}: {text}" for name, checks in found.items() for text in checks.refused],
+            [f"{name}: {text}" for name, checks in found.items() for text in checks.warnings],
         )
 
     @property

@@ -88,8 +88,8 @@ def resume(
 
 
 def _warn_if_rejected(run: Run | Runs) -> Run | Runs:
-    if not run.gates:
-        text = "; ".join(run.gates.refused)
+    if not run.quality_checks:
+        text = "; ".join(run.quality_checks.refused)
         warnings.warn(f"{run.folder}: not compared with the experiment: {text}", RefusedWarning, stacklevel=4)
     return run
 

@@ -19,7 +19,7 @@ WRAP = "loop_wrap"
 RELAXED = {"munden_kc": (5.0, 5.3), "munden_ks": (19.0, 21.6)}
 #: label and format of each number
 NUMBERS = {
-    "draw_in_pct": ("loop shortening", "{:.3g} %"),
+    "loop_shortening_pct": ("loop shortening", "{:.3g} %"),
     "loop_tension_n": ("loop tension", "{:.3g} N"),
     FORCE: ("mean normal force of crossings", "{} N"),
     "thickness_mm": ("thickness", "{:.3f} mm"),
@@ -66,10 +66,10 @@ class InitialEquilibrium:
 
 
 def equilibrium_numbers(
-    rest: InitialEquilibrium, kc: float, ks: float, draw_in: float | None = None
+    rest: InitialEquilibrium, kc: float, ks: float, loop_shortening: float | None = None
 ) -> dict[str, float]:
-    """Numbers of ``rest`` by name with unit, with Munden's constants and the loop shortening ``draw_in`` [-]."""
-    drawn = {} if draw_in is None else {"draw_in_pct": 100.0 * draw_in}
+    """Numbers of ``rest`` by name with unit, with Munden's constants and ``loop_shortening`` [-]."""
+    drawn = {} if loop_shortening is None else {"loop_shortening_pct": 100.0 * loop_shortening}
     return drawn | {
         "loop_tension_n": rest.tension,
         **{f"{FORCE}{kind}": force for kind, force in sorted(rest.normal_force.items())},

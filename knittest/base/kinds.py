@@ -251,6 +251,16 @@ def package_digest(kind: TestKind) -> dict[str, str]:
     return {"test": digest.hexdigest()}
 
 
+def check_method_names(owner: type, present: Mapping[str, str]) -> None:
+    """Raise :class:`InputError` if ``owner`` has a method with an old name, which nothing calls any more.
+
+    ``present`` has the present name of each old one.
+    """
+    for old, name in present.items():
+        if hasattr(owner, old):
+            raise InputError(f"{owner.__module__}:{owner.__qualname__}: {old} is now called {name}: rename the method")
+
+
 def _package_name(entry: EntryPoint) -> str:
     if entry.dist is None:
         return f"{PACKAGE.name}, this checkout" if entry.value.startswith(f"{PACKAGE.name}.") else "an unknown package"

@@ -266,6 +266,11 @@ class Progress(OnDisplay[Display]):
         self._shown = now
         self._try_on_display(lambda display: display.show(self._phase or "running", status))
 
+    def abandon_phase(self) -> None:
+        """End the phase without a result: no line calls it done."""
+        self._phase = None
+        self._try_on_display(lambda display: display.end())
+
     def report_done(self, text: str, seconds: float) -> None:
         """Report that ``text``, in another process, took ``seconds``; it ends a phase that waited for it."""
         self._phase = None
@@ -285,7 +290,7 @@ class Progress(OnDisplay[Display]):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         if kind is not None:
-            self._phase = None  # it did not end, so it is not reported as ended
+            self.abandon_phase()
         self.finish()
 
     def _end_phase(self) -> None:

@@ -1,5 +1,6 @@
 """Old names of config fields and parameter sets. They are read for one more version, with a warning."""
 
+import sys
 import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -28,6 +29,8 @@ FIELDS: dict[tuple[str, str], str] = {
 }
 #: present name of each old parameter set of a fabric
 PARAMETER_SETS = {"gripping": "spin-friction"}
+#: present name of each old number of summary.json
+RESULTS = {"draw_in_pct": "loop_shortening_pct"}
 #: old fields as a list of fields names them; any other text with dots may be a file
 _HOLDERS = {"knitting": "fabric.knitting", "holder": "rig.holder"}
 _OLD_PATHS = {f"{_HOLDERS.get(holder, holder)}.{name}" for holder, name in FIELDS if holder}
@@ -38,9 +41,22 @@ class OldNameWarning(FutureWarning):
 
 
 def warn_of_old_name(where: str, old: str, new: str) -> None:
-    """Warn that ``old``, stated at ``where`` (a file with its line, or an option), is now called ``new``."""
+    """Warn that ``old``, stated at ``where`` (a file with its line, or an option), is now called ``new``.
+
+    The warning is placed at the first caller outside knittest.
+    """
     text = f"{where}: {old} is now called {new}; write {new}, because version {END} does not read the old name"
-    warnings.warn(text, OldNameWarning, stacklevel=2)
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("knittest."):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, OldNameWarning, stacklevel=level)
+
+
+def present_field(name: str) -> str:
+    """Present name of the field with the dotted ``name``, without a warning: for files of an earlier version."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OldNameWarning)
+        return ".".join(map(str, present_path(tuple(name.split(".")), "")))
 
 
 def present_path(path: KeyPath, where: str) -> KeyPath:
@@ -53,13 +69,28 @@ def present_path(path: KeyPath, where: str) -> KeyPath:
     return found
 
 
+def present_results(numbers: Any) -> Any:
+    """Numbers of a summary.json with present names, without a warning; anything else as it is."""
+    return {RESULTS.get(key, key): value for key, value in numbers.items()} if isinstance(numbers, dict) else numbers
+
+
+def present_fields(name: str) -> list[str]:
+    """Present paths of the old field ``name``, which may lack its holders; empty for any other name."""
+    paths = {f"{_HOLDERS.get(holder, holder)}.{old}": (holder, new) for (holder, old), new in FIELDS.items()}
+    found = [held for old, held in paths.items() if f".{old}".endswith(f".{name}")]
+    return [f"{_HOLDERS.get(holder, holder)}.{new}".removeprefix(".") for holder, new in found]
+
+
 def present_set(name: str, sets: Mapping[str, object], where: str) -> str:
-    """Name of the parameter set ``name`` among those of a fabric; warns of an old one, stated at ``where``."""
-    present = PARAMETER_SETS.get(name)
-    if present is None or name in sets or present not in sets:
-        return name
-    warn_of_old_name(where, f"parameter set {name}", present)
-    return present
+    """Name of the parameter set ``name`` among ``sets``, those of a fabric.
+
+    Warns of an old name, stated at ``where`` or in the fabric.
+    """
+    for old, present in PARAMETER_SETS.items():
+        if name in (old, present) and name not in sets and (found := present if name == old else old) in sets:
+            warn_of_old_name(where if name == old else "the fabric file", f"parameter set {old}", present)
+            return found
+    return name
 
 
 def present_names(

@@ -2,9 +2,9 @@
 
 import difflib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
-from typing import get_args, get_origin
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -16,11 +16,16 @@ from knittest.config.yaml_loader import KeyPath
 
 @dataclass(frozen=True)
 class ConfigField:
-    """Field of a config: its model, if it has one, its unit (``""`` without) and its description."""
+    """Field of a config: its model, if it has one, its description, and ``meta``, as :func:`field_meta` has it."""
 
     model: type[BaseModel] | None
-    unit: str
     description: str
+    meta: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def unit(self) -> str:
+        """Unit; ``""`` without one."""
+        return str(self.meta.get("unit", ""))
 
     @property
     def is_quantity(self) -> bool:
@@ -35,15 +40,15 @@ class ConfigField:
 
 def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
     """Field at ``path`` of a run of ``kind`` (or of the model ``kind``); ``None`` if there is none."""
-    here = ConfigField(_root(kind), "", "the run")
+    here = ConfigField(_root(kind), "the run")
     for part in path:
         if here.model is None or part not in here.model.model_fields:
             return None
         info = here.model.model_fields[str(part)]
-        unit = field_meta(here.model, str(part)).get("unit", "")
-        if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry the unit of their holder
-            unit = here.unit
-        here = ConfigField(model_of(info.annotation), unit, info.description or here.description)
+        meta = field_meta(here.model, str(part))
+        if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry unit and bounds of their holder
+            meta = {"unit": here.unit} if part == "sd" else here.meta
+        here = ConfigField(model_of(info.annotation), info.description or here.description, meta)
     return here
 
 

@@ -14,8 +14,8 @@ from knittest.config.presets import default_scale, preset_paths, preset_settings
 from knittest.config.rigs import StripRig
 from knittest.config.run import RUNS, Model, Preset, Run, Scale
 from knittest.config.settings import Layers, Setting, lay_setting, parse_set, refuse_contradictions
-from knittest.config.sources import FabricSource, fabric_file, lay_fabric, resolve_data_paths, variant_path
-from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, load_yaml, value_excerpt
+from knittest.config.sources import FabricSource, fabric_file, lay_fabric, resolve_data_paths, test_file, variant_path
+from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
 
 DIRECTIONS: tuple[str, ...] = get_args(Direction)
 
@@ -58,7 +58,7 @@ def _lay_rig_defaults(layers: Layers, kind: str, direction: object, stated: Coll
         return
     if not kinds()[kind].directional and all(isinstance(own.get(d), dict) for d in DIRECTIONS):
         raise InputError(
-            f"{layers.where((*at, DIRECTIONS[0]))}: {dotted_path(at)}: found numbers of warp and weft, but the "
+            f"{layers.place_of((*at, DIRECTIONS[0]))}: {dotted_path(at)}: found numbers of warp and weft, but the "
             f"test has no "
             "direction: expected one number, such as their mean"
         )
@@ -67,7 +67,7 @@ def _lay_rig_defaults(layers: Layers, kind: str, direction: object, stated: Coll
     kept |= {field for field, other in record.tied.items() if other in kept}
     for key, path in rig_default_paths(own, kind, direction).items():
         if key not in kept:
-            where = str(layers.where((*at, *path)))
+            where = str(layers.place_of((*at, *path)))
             layers.lay(layers.get((*at, *path)), lambda _, where=where: where, ("rig", key))  # type: ignore[misc]
 
 
@@ -120,9 +120,9 @@ def resolve(
     source = _fabric_source(variant, fabric, document, config)
     for setting in given:
         if setting.path == ACCEPTED:
-            raise InputError(f"{setting.said}: {dotted_path(ACCEPTED)} cannot be set: use --accept-limits instead")
+            raise InputError(f"{setting.place}: {dotted_path(ACCEPTED)} cannot be set: use --accept-limits instead")
         if setting.path[:2] == ("fabric", "rigs"):
-            raise InputError(f"{setting.said}: set the rig of the run instead: --set rig.{setting.path[-1]}=...")
+            raise InputError(f"{setting.place}: set the rig of the run instead: --set rig.{setting.path[-1]}=...")
     layers = _lay_all(document, source, options + given, kind)
     if accept_limits is not None:
         layers.lay({"accept_limits": accept_limits}, lambda path: "--accept-limits")
@@ -157,17 +157,17 @@ def _test_name(document: Document, asked: str | None) -> str:
     stated = Layers(document.data).get(("rig", "kind"))
     if stated is not None and stated not in RUNS:
         names = unknown_name_text(str(stated), list(RUNS), "test")
-        raise InputError(f"{document.where(('rig', 'kind'))}: rig.kind = {value_excerpt(stated)}: {names}")
+        raise InputError(f"{document.place_of(('rig', 'kind'))}: rig.kind = {value_excerpt(stated)}: {names}")
     if stated is not None and asked is not None and stated != asked:
         raise InputError(
-            f"{document.where(('rig', 'kind'))}: rig.kind = {stated}: the file is for another test: use knittest "
+            f"{document.place_of(('rig', 'kind'))}: rig.kind = {stated}: the file is for another test: use knittest "
             f"{stated}"
         )
     return str(stated or asked or DEFAULT)
 
 
 def _run_document(config: Path | str | None) -> Document:
-    return Document("defaults", {}) if config is None else load_yaml(Path(config))
+    return Document("defaults", {}) if config is None else test_file(Path(config))
 
 
 def _option_settings(asked: Options) -> list[Setting]:
@@ -185,7 +185,7 @@ def _fabric_source(
     ways = [
         *([f"--variant {variant}"] if variant is not None else []),
         *([f"--fabric {fabric}"] if fabric is not None else []),
-        *([f"the fabric in {document.where(('fabric',))}"] if inline else []),
+        *([f"the fabric in {document.place_of(('fabric',))}"] if inline else []),
     ]
     if len(ways) > 1:
         raise InputError(f"more than one fabric is given, {' and '.join(ways)}: give only one")
@@ -207,7 +207,7 @@ def _lay_all(document: Document, source: FabricSource, settings: list[Setting], 
     layers.lay(chosen_sizes, lambda path: f"preset {preset}")
     wanted = _stated_value(("parameters",), document, settings)
     if wanted is not None and not isinstance(wanted, str):
-        raise InputError(f"{document.where(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
+        raise InputError(f"{document.place_of(('parameters',))}: parameters: expected a name, found {describe(wanted)}")
     chosen = lay_fabric(layers, source, wanted)
     stated = {key for key in kinds()[kind].tied.values() if _stated_value(("rig", key), document, settings) is not None}
     direction = _stated_value(("rig", "direction"), document, settings) or StripRig().direction
@@ -216,9 +216,9 @@ def _lay_all(document: Document, source: FabricSource, settings: list[Setting], 
     rest = {key: value for key, value in document.data.items() if key != "fabric"}
     for key, value in rest.items():
         if isinstance(layers.get((key,)), dict) and not isinstance(value, dict):
-            where = document.where((key,))
+            where = document.place_of((key,))
             raise InputError(f"{where}: {key} = {value_excerpt(value)}: expected a mapping with fields")
-    layers.lay(rest, document.where)
+    layers.lay(rest, document.place_of)
     for setting in settings:
         lay_setting(layers, setting)
     layers.lay(chosen, lambda path: source.document.source, ("parameters",))
@@ -241,8 +241,8 @@ def _chosen_value(
     if stated is None:
         return default
     if stated not in names:
-        said = [s.said for s in settings if s.path == path]
-        where = said[-1] if said else document.where(path)
+        places = [s.place for s in settings if s.path == path]
+        where = places[-1] if places else document.place_of(path)
         raise InputError(
             f"{where}: {dotted_path(path)} = {value_excerpt(stated)}: "
             f"{unknown_name_text(str(stated), list(names), 'choice')}"
@@ -259,7 +259,7 @@ def _refuse_shadowed_preset(document: Document, layers: Layers, preset: str, kin
         value = written.get(path)
         if value is not None and value != layers.get(path):
             raise InputError(
-                f"{document.where(path)}: {dotted_path(path)} = {value_excerpt(value)} of the file would "
+                f"{document.place_of(path)}: {dotted_path(path)} = {value_excerpt(value)} of the file would "
                 f"override preset {preset} "
                 f"({value_excerpt(layers.get(path))}): remove it from the file, or change it with --set"
             )

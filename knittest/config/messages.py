@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.base import BoundsError, convert_to_field_unit
+from knittest.config.base import BoundsError, check_bounds, convert_to_field_unit
 from knittest.config.fields import ConfigField, all_paths, field_at, most_similar_name
 from knittest.config.settings import Layers
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
@@ -54,7 +54,7 @@ def _finding_line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
             value, at = value["value"], (*path, "value")
         stated = "" if value is None or isinstance(value, dict) else f" = {value_excerpt(value)}"
         what = _expectation(item, value, field_at(path, kind))
-    return f"{layers.where(at) or 'defaults'}: {dotted_path(path)}{stated}: {what}"
+    return f"{layers.place_of(at) or 'defaults'}: {dotted_path(path)}{stated}: {what}"
 
 
 def _append_unit(text: str, field: ConfigField | None, before: str = " [", after: str = "]") -> str:
@@ -99,6 +99,11 @@ def _number_expectation(number: str, value: object, field: ConfigField | None) -
         unit = field.unit if field else ""
         converted = convert_to_field_unit(float(stated[1].replace(",", ".")), stated[2], unit)
         hint = f" (write {converted or _append_unit('the number without unit', field, ', in ', '')})"
+        if converted and field:
+            try:
+                check_bounds(float(converted), field.meta)
+            except BoundsError as error:
+                hint = f" ({_append_unit(converted, field, ' ', '')}: {error.expected.partition(' (')[0]})"
     return f"{expected}{mapping}, found {describe(value)}{hint}"
 
 
@@ -117,9 +122,9 @@ def parse_as(model: type[Parsed], document: Document) -> Parsed:
     try:
         return model.model_validate(document.data)
     except ValidationError as error:
-        layers = Layers(origin={(): document.where(())})
+        layers = Layers(origin={(): document.place_of(())})
         for key, value in document.data.items():
-            layers.lay(value, document.where, (key,))
+            layers.lay(value, document.place_of, (key,))
         raise input_error(error, layers, model) from None
 
 

@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 
 from knittest.base.errors import InputError
 from knittest.base.kinds import DEFAULT, kinds
+from knittest.config.aliases import present_fields
 from knittest.config.base import PerDirection, Quantity, field_meta
 from knittest.config.fields import model_of
 from knittest.config.presets import PRESETS, preset_settings
@@ -58,7 +59,10 @@ def _rename_bounds(node: object, names: bool = False) -> Any:
 
 
 def field_lines(name: str) -> list[str]:
-    """Explain the field ``name`` of a run, or list the fields below it; raises :class:`InputError` with the nearest."""
+    """Explain the field ``name`` of a run, by its present or old name, or list the fields below it.
+
+    Raises :class:`InputError` with the nearest names for an unknown one.
+    """
     found: dict[FieldDescription, list[str]] = {}
     for kind, run in RUNS.items():
         for field in fields_below(run):
@@ -75,6 +79,11 @@ def field_lines(name: str) -> list[str]:
         return [f"{path}{_unit(field)}: {field.text}" for path, field in below.items()]
     paths = list(dict.fromkeys(field.path for field in found))
     ends = [path for path in paths if path.endswith(f".{name}")]
+    if not ends and (present := present_fields(name)):
+        known = [one for one in present if one in paths]
+        if not known:
+            raise InputError(f"{name}: is now called {present[0]}, a field of the file of a study and not of a run")
+        return [line for one in known for line in (f"{name} is now called {one}", *field_lines(one))]
     close = ends or difflib.get_close_matches(name, paths, 5, 0.5)
     hint = f"did you mean {' or '.join(close[:5])}?" if close else "see docs/reference-config.md"
     raise InputError(f"{name}: a run has no such field; {hint}")

@@ -43,7 +43,7 @@ class Layers:
                 return None
         return found
 
-    def where(self, path: KeyPath) -> str | None:
+    def place_of(self, path: KeyPath) -> str | None:
         """Origin of ``path`` or of its nearest ancestor; ``None`` for a default."""
         while path and path not in self.origin:
             path = path[:-1]
@@ -75,16 +75,16 @@ def _is_quantity(value: dict[str, Any]) -> bool:
 
 @dataclass(frozen=True)
 class Setting:
-    """Value at ``path`` of the run; ``said`` is the option by which the user gave it."""
+    """Value at ``path`` of the run; ``place`` is the option or the line that states it."""
 
     path: KeyPath
     value: Any
-    said: str
+    place: str
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "path", present_path(self.path, self.said))
+        object.__setattr__(self, "path", present_path(self.path, self.place))
         if isinstance(self.value, dict | list):
-            object.__setattr__(self, "value", present_value(self.value, self.path, self.said))
+            object.__setattr__(self, "value", present_value(self.value, self.path, self.place))
 
 
 def parse_set(text: str) -> Setting:
@@ -93,8 +93,8 @@ def parse_set(text: str) -> Setting:
     path: KeyPath = tuple(part.strip() for part in name.split("."))
     if not equals or not all(path):
         raise InputError(f"--set {value_excerpt(text)}: expected key.path=value, such as rig.width=50")
-    said = f"--set {name.strip()}"
-    return Setting(path, parse_value(value, said), said)
+    place = f"--set {name.strip()}"
+    return Setting(path, parse_value(value, place), place)
 
 
 def lay_setting(layers: Layers, setting: Setting) -> None:
@@ -108,8 +108,8 @@ def lay_setting(layers: Layers, setting: Setting) -> None:
     if holder and holder.is_quantity and path[-1] == "value" and value is None:
         path = path[:-1]
     elif holder and holder.is_quantity and path[-1] in ("value", "sd"):
-        layers.lay(_user_fields(layers.get(path[:-1])), lambda _: setting.said, path[:-1])
-    layers.lay(value, lambda _: setting.said, path)
+        layers.lay(_user_fields(layers.get(path[:-1])), lambda _: setting.place, path[:-1])
+    layers.lay(value, lambda _: setting.place, path)
 
 
 def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
@@ -117,8 +117,8 @@ def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:
     for option in options:
         for setting in sets:
             if setting.path == option.path and setting.value != option.value:
-                stated = f"{setting.said}={value_excerpt(setting.value)}"
-                raise InputError(f"{stated} contradicts {option.said} {option.value}: give one of them")
+                stated = f"{setting.place}={value_excerpt(setting.value)}"
+                raise InputError(f"{stated} contradicts {option.place} {option.value}: give one of them")
 
 
 def _user_fields(old: object) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import re
 import stat
+import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,8 @@ from typing import Any
 
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir, data_dir, variants
-from knittest.config.aliases import present_set
+from knittest.config.aliases import OldNameWarning, present_set
+from knittest.config.fabric import Fabric
 from knittest.config.messages import unknown_name_text
 from knittest.config.run import Run
 from knittest.config.settings import Layers
@@ -37,6 +39,8 @@ def _contents(path: Path) -> dict[Path, bytes]:
 NUMBERED = {"1": "pham2019-v1", "2": "pham2019-v2"}
 DEFAULT_SET = "calibrated"
 SETS = "parameter_sets"
+#: fields at the top of the file of a test or a run, and of a fabric file
+RUN_FIELDS, FABRIC_FIELDS = frozenset(Run.model_fields), frozenset({*Fabric.model_fields, SETS})
 #: name in a run of the numbers of a fabric without sets
 BASE = "base"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,39}$")
@@ -63,8 +67,19 @@ class FabricSource:
 
 
 def fabric_file(path: Path) -> FabricSource:
-    """Fabric in a fabric file."""
-    return FabricSource(load_yaml(path), (), path.resolve().parent, inline=False)
+    """Fabric in a fabric file; raises :class:`InputError` also for a file with a test."""
+    document = load_yaml(path)
+    if RUN_FIELDS & document.data.keys() and not FABRIC_FIELDS & document.data.keys():
+        raise InputError(f"{path}: this is the file of a test, not a fabric file: give it as --config {path}")
+    return FabricSource(document, (), path.resolve().parent, inline=False)
+
+
+def test_file(path: Path) -> Document:
+    """Config of a test or a whole run in a file; raises :class:`InputError` also for a fabric file."""
+    document = load_yaml(path)
+    if FABRIC_FIELDS & document.data.keys() and not RUN_FIELDS & document.data.keys():
+        raise InputError(f"{path}: this is a fabric file, not the file of a test: give it as --fabric {path}")
+    return document
 
 
 def variant_path(variant: str) -> Path:
@@ -92,7 +107,9 @@ def variant_path(variant: str) -> Path:
 def _is_fabric(path: Path) -> bool:
     """Tell whether a file holds a fabric and not a rig or a run; a broken file may."""
     try:
-        return "name" in load_yaml(path).data
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OldNameWarning)  # of a file that no run reads
+            return "name" in load_yaml(path).data
     except InputError:
         return True
 
@@ -102,31 +119,31 @@ def lay_fabric(layers: Layers, source: FabricSource, wanted: str | None) -> str:
     document, fields = source.document, source.fields
     if not isinstance(fields, dict):
         raise InputError(
-            f"{document.where(source.root)}: fabric: expected a mapping of fields, found {describe(fields)}"
+            f"{document.place_of(source.root)}: fabric: expected a mapping of fields, found {describe(fields)}"
         )
     base = {key: value for key, value in fields.items() if key != SETS}
-    layers.lay(base, lambda path: document.where(source.root + path[1:]), ("fabric",))
+    layers.lay(base, lambda path: document.place_of(source.root + path[1:]), ("fabric",))
     if SETS not in fields:
         if wanted is not None and not (source.inline and wanted == document.data.get("parameters")):
             raise InputError(
-                f"{document.where(source.root)}: --parameters {wanted}: the fabric has no {SETS}: leave out "
+                f"{document.place_of(source.root)}: --parameters {wanted}: the fabric has no {SETS}: leave out "
                 f"--parameters, or add {SETS}: {{{wanted}: {{...}}}} to the file"
             )
         return wanted or BASE
     sets, name, at = fields[SETS], wanted or DEFAULT_SET, (*source.root, SETS)
     if not isinstance(sets, dict) or not sets:
-        raise InputError(f"{document.where(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
+        raise InputError(f"{document.place_of(at)}: {SETS}: expected a mapping of named sets, found {describe(sets)}")
     name = present_set(name, sets, f"--parameters {name}")
     if name not in sets:
         raise InputError(
-            f"{document.where(at)}: parameters = {name}: {unknown_name_text(name, list(sets), 'parameter set')}"
+            f"{document.place_of(at)}: parameters = {name}: {unknown_name_text(name, list(sets), 'parameter set')}"
         )
     at = (*at, name)
     if not isinstance(sets[name], dict | None):
         raise InputError(
-            f"{document.where(at)}: {name}: expected a mapping of fabric fields, found {describe(sets[name])}"
+            f"{document.place_of(at)}: {name}: expected a mapping of fabric fields, found {describe(sets[name])}"
         )
-    layers.lay(sets[name] or {}, lambda path: document.where(at + path[1:]), ("fabric",))
+    layers.lay(sets[name] or {}, lambda path: document.place_of(at + path[1:]), ("fabric",))
     return name
 
 
@@ -155,7 +172,7 @@ def resolve_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run
         path, variant = ("fabric", "experiment_variant"), str(fabric.experiment_variant)
         if variant not in (known := variants(roots[0] / experiment)):
             raise InputError(
-                f"{layers.where(path)}: {dotted_path(path)} = {value_excerpt(variant)}: expected one of "
+                f"{layers.place_of(path)}: {dotted_path(path)} = {value_excerpt(variant)}: expected one of "
                 f"{', '.join(known)}, which "
                 f"{roots[0] / experiment} has"
             )
@@ -175,7 +192,7 @@ def _settle_path(
 ) -> str:
     def refuse(expectation: str) -> InputError:
         return InputError(
-            f"{layers.where(path) or 'defaults'}: {dotted_path(path)} = {value_excerpt(text)}: {expectation}"
+            f"{layers.place_of(path) or 'defaults'}: {dotted_path(path)} = {value_excerpt(text)}: {expectation}"
         )
 
     if not text or "\0" in text:

@@ -229,7 +229,7 @@ def _merge_import(start: Fabric, document: Document) -> Fabric:
         own = Layers(stated).get(("macro",)) or {}
         absent = _empty_parts(part for part in CARD if not {part, *TOGETHER.get(part, ())} & set(own))
         layers.lay(absent, lambda path: f"{start.name}, as started", ("fabric", "macro"))
-    layers.lay(stated, lambda path: document.where(path[1:]), ("fabric",))
+    layers.lay(stated, lambda path: document.place_of(path[1:]), ("fabric",))
     try:
         run = RUNS[DEFAULT].model_validate({"fabric": layers.data["fabric"], "model": {"scale": "macro"}})
     except ValidationError as error:

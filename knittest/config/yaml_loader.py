@@ -68,7 +68,7 @@ class Document:
     data: dict[str, Any]
     lines: dict[KeyPath, int] = field(default_factory=dict)
 
-    def where(self, path: KeyPath) -> str:
+    def place_of(self, path: KeyPath) -> str:
         """``file:line`` of ``path``, or of its nearest ancestor in the file."""
         while path and path not in self.lines:
             path = path[:-1]

@@ -178,8 +178,9 @@ def _derive(stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     if "fracture_strain" not in stated:
         if own is None:
             found["efficiency"] = derived_entry(
-                first.efficiency, "", "failure strain of the yarn over that of its filaments"
-            )
+                first.efficiency, "", "failure strain of the yarn over that of its filaments, of the table of fibres, "
+                f"not measured on this yarn ({first.source})", "assumed",
+            )  # fmt: skip
         found["fracture_strain"] = derived_entry(
             strain, "%", f"efficiency {strain / first.failure_strain:g} x {first.failure_strain:g} % of the filaments"
         )

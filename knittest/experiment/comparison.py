@@ -240,16 +240,16 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
     >>> found["peak_error_pct"], found["fracture_strain_error_pct"], found["rating"]["grade"]
     (-10.0, 0.0, 'excellent')
     """
-    judged = {"judged_against": reference.source, "reference_kind": reference.kind}
+    head = {"compared_with": reference.source, "reference_kind": reference.kind}
     if reference.note:
-        judged["note"] = reference.note
+        head["note"] = reference.note
     if reference.x_name == ANGLE and min(x[-1], reference.x[-1]) > START:
         at, of = (np.append(START, a[a > START]) if a[0] < START else a for a in (x, reference.x))
         mean = np.interp(of, reference.x, reference.mean)
         sd = None if reference.sd is None else np.interp(of, reference.x, reference.sd)
         x, y, reference = at, np.interp(at, x, y), replace(reference, x=of, mean=mean, sd=sd)
     if reason := _find_obstacle(x, y, reference):
-        return judged | {"comparable": False, "reason": reason}
+        return head | {"comparable": False, "reason": reason}
     low, high = max(x[0], reference.x[0]), min(x[-1], reference.x[-1])
     grid = np.linspace(low, high, GRID)
     simulated, measured = np.interp(grid, x, y), np.interp(grid, reference.x, reference.mean)
@@ -267,7 +267,7 @@ def compare_curves(x: np.ndarray, y: np.ndarray, reference: ReferenceCurve, reac
     if not rating["no_rating"]:
         scores = rate(simulated, measured)
         rating = {"rating": {k: _round(v) for k, v in scores.items()} | {"grade": grade(scores["overall"])}}
-    return judged | {
+    return head | {
         "comparable": True,
         f"range_{reference.x_name}": [_round(low), _round(high)],
         **found,

@@ -129,6 +129,20 @@ def load_curve(path: Path, given: Conditions = UNKNOWN) -> ReferenceCurve:
     )  # fmt: skip
 
 
+def read_simulated(path: Path) -> tuple[dict[str, Array], Conditions] | None:
+    """Columns of a curve.csv that a run has written, and the conditions stated above them; None for another file."""
+    try:
+        lines = read_regular(path, MAX_BYTES, "a curve has fewer points").decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        return None
+    head = next((line for line in lines if line.strip() and not line.startswith("#")), "").split(",")
+    if head[0] != "time_ms" and "force_mean_n" not in head:
+        return None
+    names, rows = _read_table(path, lines)
+    conditions = _add_direction(conditions_of(_read_notes(path, lines)), find_direction(path, ()))
+    return dict(zip(names, rows.T, strict=True)), conditions
+
+
 def _add_direction(conditions: Conditions, said: StatedDirection | None) -> Conditions:
     return conditions if conditions.direction or said is None else replace(conditions, direction=said.direction)
 
@@ -178,7 +192,7 @@ def _read_laboratory_curve(path: Path, conditions: Conditions) -> ReferenceCurve
             file=str(path),
         )
     sizes = {what.key: size for what in (WIDTH, GAUGE) if (size := getattr(conditions, what.key)) is not None}
-    specimens = read_strips(path, ReadOptions(sizes=sizes))
+    specimens = read_strips(path, ReadOptions(sizes=sizes, has_column_options=False))
     if len(specimens) > 1:
         raise InputError(f"{path}: {len(specimens)} specimens; average them with knittest data import first")
     (one,) = specimens

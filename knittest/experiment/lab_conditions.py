@@ -115,7 +115,7 @@ def find_condition(
     named = [k for k in named if tiers is None and what.names(table.names[k])]
     if len(named) not in (0, 1, table.count):
         raise InputError(
-            f"{table.where}: {len(named)} columns of {what.name} for {table.count} specimens; expected one each"
+            f"{table.header_place}: {len(named)} columns of {what.name} for {table.count} specimens; expected one each"
         )
     places += _read_column(what, table, named[number if len(named) > 1 else 0]) if named else []
     for value, place in places[1:]:
@@ -154,7 +154,9 @@ def _read_column(what: Condition, table: LabTable, column: int) -> list[Place]:
         if not np.isnan(value):
             places.setdefault(float(value) * factor, f"{table.place}:{line}")
     if not places:
-        raise InputError(f"{table.where}: column {name!r} is empty; remove it and give {what.option} [{what.unit}]")
+        raise InputError(
+            f"{table.header_place}: column {name!r} is empty; remove it and give {what.option} [{what.unit}]"
+        )
     return [(what.check_plausible(value, f"{place}: {name}"), place) for value, place in places.items()]
 
 

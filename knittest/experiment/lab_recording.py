@@ -37,7 +37,7 @@ class Origin:
     notes: tuple[str, ...] = ()
 
     @property
-    def where(self) -> str:
+    def place(self) -> str:
         """File and specimen, for messages."""
         return f"{self.path}: specimen {self.name}"
 
@@ -64,7 +64,7 @@ class Recording:
     notes: list[str] = field(default_factory=list)
 
     @property
-    def where(self) -> str:
+    def place(self) -> str:
         """File and specimen, for messages."""
         return f"{self.table.place}: specimen {self.name}"
 
@@ -84,7 +84,7 @@ class Recording:
     def travel(self) -> Array:
         """Travel [mm]; raises :class:`InputError` where the column is a strain."""
         if "travel" not in self.values:
-            raise InputError(f"{self.where}: column {self.title('strain')!r} is a strain; expected a travel [mm]")
+            raise InputError(f"{self.place}: column {self.title('strain')!r} is a strain; expected a travel [mm]")
         return self.values["travel"]
 
     def find(self, what: Condition, tiers: Sequence[int] | None = None) -> float | None:
@@ -128,7 +128,7 @@ class Recording:
             self.columns[kept], self.factors[kept] = k, factor
             self.unit = unit if role == "force" else self.unit
             if not np.isfinite(self.values[kept]).all():
-                raise InputError(f"{self.where}: the {role.replace('_', ' ')} is not a finite number")
+                raise InputError(f"{self.place}: the {role.replace('_', ' ')} is not a finite number")
         return self.origin({k: role.replace("_", " ") for role, k in self.columns.items()})
 
     def fetch(self, which: Sequence[int]) -> tuple[list[int], Array]:
@@ -146,7 +146,7 @@ class Recording:
             note = f"{rows} with empty cells skipped, the first at {table.place}:{line}: {value_excerpt(cell)}"
         kept = np.flatnonzero(~empty.any(axis=1))
         if len(kept) < 2:
-            raise InputError(f"{self.where} has {len(kept)} points; at least two are needed{note and f' ({note})'}")
+            raise InputError(f"{self.place} has {len(kept)} points; at least two are needed{note and f' ({note})'}")
         size = np.abs(np.nan_to_num(values[:, 0]))
         if (top := int(np.argmax(size))) not in kept and size[top] > size[kept].max():
             raise InputError(
@@ -158,7 +158,7 @@ class Recording:
 
     def unit_of(self, column: int, needed: bool = False) -> tuple[str, float]:
         """Return unit (N or mm by default unless ``needed``) and factor to N, mm, %, deg, kPa of a column."""
-        name, where = self.table.names[column], f"{self.table.where}: column {self.table.names[column]!r}"
+        name, where = self.table.names[column], f"{self.table.header_place}: column {self.table.names[column]!r}"
         entry = lab_units.name_table()["columns"][self.table.roles[column]]
         quantities: list[str] = entry["quantity"]
         units = {unit: factor for quantity in quantities for unit, factor in lab_units.QUANTITIES[quantity].items()}
@@ -217,8 +217,8 @@ def _groups(table: LabTable, lead: str, moves: Sequence[str], shared: bool) -> l
         if move in first and not shared:
             one, other, over = (table.names[c] for c in (first[move], k, move))
             raise InputError(
-                f"{table.where}: columns {one!r} and {other!r} share the column {over!r}. For one specimen, remove "
-                f'one of them or choose with --column {lead}="{one}"; for two, give each its own travel'
+                f"{table.header_place}: columns {one!r} and {other!r} share the column {over!r}. For one specimen, "
+                f'remove one of them or import with --column {lead}="{one}"; for two, give each its own travel'
             )
         first[move] = k
         found.append([move, k, *(cs[at] for cs in beside)])

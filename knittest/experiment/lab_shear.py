@@ -77,7 +77,7 @@ def refuse_outliers(specimens: Sequence[Origin], values: Array, what: str, unit:
     k = int(np.argmax(factor))
     if not factor[k] <= APART:
         raise InputError(
-            f"{specimens[k].where}: {what} {values[k]:.4g} {unit} and the median of the other {len(values) - 1}, "
+            f"{specimens[k].place}: {what} {values[k]:.4g} {unit} and the median of the other {len(values) - 1}, "
             f"{others[k]:.4g} {unit}, differ by more than a factor of {APART:g}; check the unit, or remove the specimen"
         )
 
@@ -93,7 +93,7 @@ def refuse_implausible(
     likely = {name: force / factors[one.unit] * factor for name, factor in factors.items() if name != one.unit}
     looks = [f"{name}: {newton:.6g} N" for name, newton in likely.items() if low * scale <= newton <= high * scale]
     hint = f" (it looks like {' or '.join(looks[:2])})" if looks else ""
-    raise InputError(f"{one.where}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}; check the unit")
+    raise InputError(f"{one.place}: {what}: implausible, expected {low:g} to {high:g} {unit}{hint}; check the unit")
 
 
 def digests(specimens: Sequence[Origin], curves: Sequence[Sequence[Array]]) -> list[str]:
@@ -144,27 +144,27 @@ def shear_curve(r: Recording, tested: ShearSetup) -> tuple[dict[str, Any], tuple
     role, given = _travel_role(r, tested), r.given
     moved, force = to_rising_travel(r.values[role], given.sign), r.values["force"]
     rows, turned = first_loading(moved)
-    first = to_tension_force(force[rows], given.sign, r.where)  # on its way back a specimen may be pushed
+    first = to_tension_force(force[rows], given.sign, r.place)  # on its way back a specimen may be pushed
     force = -force if given.sign == "negative" else force
     factor = r.factors[role]
-    angle = _shear_angles(moved - (given.zero or 0.0) * factor, role, tested, r.where)
+    angle = _shear_angles(moved - (given.zero or 0.0) * factor, role, tested, r.place)
     if given.zero is None and abs(angle[0]) > SQUARE:
         raise InputError(
-            f"{r.where}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg (limit {SQUARE:g} deg); "
+            f"{r.place}: starts at {moved[0] / factor:g}, a shear angle of {angle[0]:.3g} deg (limit {SQUARE:g} deg); "
             f"give --zero, the value of the column for {tested.square}: {moved[0] / factor:g} if in the first row, 0 "
             "if the values are right"
         )
     if angle[0] <= SQUARE:
-        free = remove_preload(first, given.preload, r.where)
+        free = remove_preload(first, given.preload, r.place)
         first, force = free, force - (first[0] - free[0])
     end = float(angle[rows[-1]])
     check_within_bounds(
-        end, tested.test, "max_angle", f"{r.where}: a shear angle of {end:.4g} deg", ": check its unit and zero"
+        end, tested.test, "max_angle", f"{r.place}: a shear angle of {end:.4g} deg", ": check its unit and zero"
     )
     if len(rows) < 3 or end < LEAST:
         looks = f" (it looks like rad: {np.rad2deg(end):.4g} deg)" if 0.1 < end < 1.4 else ""
         raise InputError(
-            f"{r.where}: the first loading has {len(rows)} rows up to {end:.3g} deg{looks}; expected at least 3 rows "
+            f"{r.place}: the first loading has {len(rows)} rows up to {end:.3g} deg{looks}; expected at least 3 rows "
             f"and {LEAST:g} deg"
         )
     sheared = angle[rows] >= 0.0
@@ -185,7 +185,7 @@ def _travel_role(r: Recording, tested: ShearSetup) -> str:
         (role, role != "angle" and r.is_kind(r.columns[role], "sensor"), of_a_part),
     ):
         if wrong:
-            raise InputError(f"{r.table.where}: column {r.title(column)!r} {reason}")
+            raise InputError(f"{r.table.header_place}: column {r.title(column)!r} {reason}")
     return role
 
 

@@ -98,7 +98,7 @@ def read_strip(r: Recording) -> Specimen:
         left = {m.column: f"{m.words}: {names[measure.column]!r} is used instead" for m in measures}
         origin = r.origin({pull: "force", measure.column: measure.words}, left | why, rows.notes)
         return Specimen(**origin, strain=strain, force=force, width=r.find(WIDTH), gauge=gauge)
-    where = r.table.where
+    where = r.table.header_place
     if not any(m.has_extensometer for m in measures):
         raise InputError(f"{where}: the file states no gauge length for the travel; give --gauge-length [mm]")
     reasons = "; ".join(f"{names[k]!r} ({reason})" for k, reason in why.items())
@@ -155,7 +155,7 @@ class _Rows:
             force = values[:, 0] * QUANTITIES["force"][r.unit]
             if not np.isfinite(force).all():
                 raise InputError(f"{self.where.format(lines[int(np.argmin(np.isfinite(force)))])}: no finite force")
-            self.force = checks.to_tension_force(force, sign, r.where)
+            self.force = checks.to_tension_force(force, sign, r.place)
             self.top = int(np.argmax(self.force)) if self.force.max() > 0.0 else len(self.force) - 1
             self.clamp = values[:, 2] * beside.factor if beside else None
             strain = checks.to_rising_travel(values[:, 1] * measure.factor, sign)
@@ -303,7 +303,7 @@ def check_strips(specimens: Sequence[Specimen]) -> None:
         checks.refuse_implausible(s, top, band, f"maximum force {top:.6g} N{per}", "N", top)
         check = ": check the unit of the travel and the gauge length"
         check_within_bounds(
-            at, MacroMaterial, "fracture_strain", f"{s.where}: strain at maximum force {at:.4g} %", check
+            at, MacroMaterial, "fracture_strain", f"{s.place}: strain at maximum force {at:.4g} %", check
         )
     checks.refuse_outliers(specimens, force, "maximum force", "N")
     checks.refuse_outliers(specimens, strain, "strain at maximum force", "%")

@@ -34,6 +34,8 @@ ENDED, CLEAR = 0.1, 20.0
 _STATED = re.compile(r"[+-]?\d[\d.,]*\s?\D{0,8}")
 #: roles of which a specimen has one
 LEADING = ("force", "pressure", "coefficient", "overhang")
+#: advice for a file without known column names where the command has no options for them
+RENAME = "write a header row such as strain_pct,force_n above the numbers, or use corridor.csv of knittest data import"
 #: number of unnamed columns up to which roles are guessed
 FEW = 20
 
@@ -50,7 +52,8 @@ def noise(values: Array) -> float:
 class ReadOptions:
     """Options of the user on format, conditions by key, and meaning of the curve; ``None``: not stated.
 
-    ``columns`` are the roles of all columns in order, ``named`` those of columns by their names in lower case.
+    ``columns`` are the roles of all columns in order, ``named`` those of columns by their names in lower case;
+    ``has_column_options``: the command has options that state them.
     """
 
     decimal: str | None = None
@@ -64,6 +67,7 @@ class ReadOptions:
     loading: Loading | None = None
     columns: tuple[str, ...] = ()
     named: Mapping[str, str] = field(default_factory=dict)
+    has_column_options: bool = True
 
 
 @dataclass
@@ -84,7 +88,7 @@ class LabTable:
     count: int = 1
 
     @property
-    def where(self) -> str:
+    def header_place(self) -> str:
         """File and line of the column names, or of the units below them."""
         return f"{self.place}:{self.line}"
 
@@ -103,7 +107,7 @@ class LabTable:
 
     def unit(self, column: int, units: Mapping[str, float]) -> str:
         """Unit of a column; raises :class:`InputError` for one that is not in ``units``."""
-        return lab_units.find_stated_unit(self.names[column], self.units[column], units, self.where)
+        return lab_units.find_stated_unit(self.names[column], self.units[column], units, self.header_place)
 
 
 def read_tables(path: Path, given: ReadOptions, wanted: Wanted, words: str, own: tuple[str, ...]) -> list[LabTable]:
@@ -326,7 +330,10 @@ def _missing_names_error(path: str, rows: list[Row], wanted: Wanted, words: str,
         block = [row for _, row in rows[at:] if len(row) == len(cells)]
         few = len(cells) <= FEW
         guess = ",".join(_guess_roles(block, _missing_roles([], wanted))) if few else "NAME,NAME,..."
-        return InputError(f"{message}; line {line} has numbers without names: give --columns {guess}, in their order")
+        message += f"; line {line} has numbers without names"
+        if not given.has_column_options:
+            return InputError(f"{message}: {RENAME}")
+        return InputError(f"{message}: give --columns {guess}, in their order")
     names = [name for name in above[0][1] if name]
     roles = dict(zip(names, _find_roles(names, [""] * len(names), given), strict=True))
     lacking = _missing_roles(list(roles.values()), wanted)
@@ -347,9 +354,8 @@ def _missing_names_error(path: str, rows: list[Row], wanted: Wanted, words: str,
     more += f"; --column names {lost[0]!r}, which the file does not have" if lost else ""
     options = " ".join(f'--column {role}="{name}"' for role, name in zip(lacking, free, strict=False))
     listed = ", ".join(map(repr, names[:12]))
-    return InputError(
-        f"{message}; the columns in line {above[0][0]} are {listed}{more}: state their roles, such as {options}"
-    )
+    advice = f"state their roles, such as {options}" if given.has_column_options else RENAME
+    return InputError(f"{message}; the columns in line {above[0][0]} are {listed}{more}: {advice}")
 
 
 def _guess_roles(rows: list[list[str]], needed: list[str]) -> list[str]:

@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from knittest.base.errors import InputError
 from knittest.base.files import data_dir, read_regular
-from knittest.base.kinds import JoinedParts, Parts
+from knittest.base.kinds import JoinedParts, Parts, check_method_names
 from knittest.config.base import Quantity
 from knittest.config.fabric import YARN_LEVEL, Fabric
 from knittest.config.loading import other_direction_fields, rig_default_paths, rig_default_value
@@ -22,6 +22,7 @@ from knittest.config.quality_checks import (
     reproduces_input,
 )
 from knittest.config.run import Run, Scale
+from knittest.config.yarn_card import SETTINGS, is_filled
 
 MAX_BYTES = 10_000_000
 #: line in the head of a curve
@@ -80,20 +81,25 @@ def assumed_friction(run: Run) -> tuple[str, ...]:
 
 RowKind = Literal["predicted", "tuned", "input", "assumed"]
 RunT = TypeVar("RunT", bound=Run)
+#: present name of each renamed method of an origin
+OLD_METHODS = {"given": "given_results", "fed": "input_row_kind", "assumed": "assumed_inputs"}
 
 
 class Origin(Generic[RunT]):
     """Origin of the rows of a test; by default only the numbers of the fabric are inputs."""
 
-    def given(self, run: RunT) -> tuple[str, ...]:
+    def __init_subclass__(cls) -> None:
+        check_method_names(cls, OLD_METHODS)
+
+    def given_results(self, run: RunT) -> tuple[str, ...]:
         """Results of ``run`` that are inputs and not computed."""
         return ()
 
-    def fed(self, run: RunT) -> RowKind:
+    def input_row_kind(self, run: RunT) -> RowKind:
         """Kind of the rows of a ``run`` that returns its input."""
         return "input"
 
-    def assumed(self, run: RunT) -> tuple[str, ...]:
+    def assumed_inputs(self, run: RunT) -> tuple[str, ...]:
         """Fields that decide the rows of ``run`` and are assumed, or taken from another fabric, which is named."""
         return assumed_fields(run.fabric, deciding_fields(run))
 
@@ -107,15 +113,24 @@ ORIGINS: Mapping[str, Origin[Any]] = Parts(lambda kind: kind.load("origin")() if
 
 
 def assumed_fields(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
-    """Fields of ``fabric`` that are assumed, or taken from another fabric, which is named."""
+    """Fields of ``fabric`` that are assumed, or taken from another fabric, which is named.
+
+    For a number of a yarn card that was derived from an assumed one, such as the fracture strain from the efficiency,
+    that one.
+    """
     owners = borrowed_curves(fabric)
     found = []
     for field in fields:
+        value = field_value(fabric, field)
         if field in owners:
             found.append(f"{field} (from {owners[field]})")
-        elif getattr(field_value(fabric, field), "source", None) == "assumed":
+        elif getattr(value, "source", None) == "assumed":
             found.append(field)
-    return tuple(found)
+        elif is_filled(value):
+            system, name, *_ = [*field.split("."), ""]
+            settings = [f"{system}.{setting}" for setting, derived in SETTINGS.items() if derived == name]
+            found += [one for one in settings if getattr(field_value(fabric, one), "source", None) == "assumed"]
+    return tuple(dict.fromkeys(found))
 
 
 #: names of rows as ``tuned_on`` and ``chosen_by`` write them, after variant and direction: "V1 warp max. tensile force"
@@ -133,27 +148,27 @@ def row_kind(run: Run, quantity: str) -> RowKind:
     tuned, a given one is an input. Macro rows of a derived material card have the kind of their meso inputs.
     """
     origin, run = ORIGINS[run.rig.kind], meso_run_behind_card(run)
-    if quantity in origin.given(run):
+    if quantity in origin.given_results(run):
         return "input"
     if tuning_labels(run.fabric, run.model.scale, run.direction, quantity):
         return "tuned"
-    unknown = origin.assumed(run)
+    unknown = origin.assumed_inputs(run)
     if reproduces_input(run):
-        return "assumed" if unknown else origin.fed(run)
+        return "assumed" if unknown else origin.input_row_kind(run)
     return "assumed" if len(unknown) == len(deciding_fields(run)) else "predicted"
 
 
 def given_results(run: Run) -> tuple[str, ...]:
     """Results of ``run`` that are inputs and not computed."""
-    return ORIGINS[run.rig.kind].given(run)
+    return ORIGINS[run.rig.kind].given_results(run)
 
 
 def assumed_inputs(run: Run) -> tuple[str, ...]:
     """Fields that decide the compared rows of ``run`` and are assumed, or taken from another fabric, which is named."""
-    found, yarns = ORIGINS[run.rig.kind].assumed(run), meso_run_behind_card(run)
+    found, yarns = ORIGINS[run.rig.kind].assumed_inputs(run), meso_run_behind_card(run)
     if yarns is run:
         return found
-    return (*ORIGINS[run.rig.kind].assumed(yarns), *(name for name in found if not is_in_macro_card(name)))
+    return (*ORIGINS[run.rig.kind].assumed_inputs(yarns), *(name for name in found if not is_in_macro_card(name)))
 
 
 def cell_row_kind(fabric: Fabric, quantity: str) -> RowKind:

@@ -153,7 +153,7 @@ class RunFolder:
         return self._lock.descriptor
 
     @property
-    def finished(self) -> bool:
+    def is_finished(self) -> bool:
         """True after :meth:`finish`."""
         return self._manifest["status"] != "running"
 
@@ -161,7 +161,7 @@ class RunFolder:
         return self
 
     def __exit__(self, _kind: object, error: BaseException | None, _trace: object) -> None:
-        if self.finished:
+        if self.is_finished:
             return
         try:
             self.finish(*exit_status(error))

@@ -11,14 +11,16 @@ from knittest.base.errors import InputError
 from knittest.base.figure import use_stamp
 from knittest.base.files import data_dir
 from knittest.base.kinds import kinds
+from knittest.config.loading import resolve
 from knittest.config.run import Run
-from knittest.experiment.comparison import LEFT_OUT, STRAIN, column_of, columns_of
-from knittest.experiment.conditions import UNKNOWN, Conditions
+from knittest.experiment.comparison import LEFT_OUT, SAME, STRAIN, column_of, columns_of
+from knittest.experiment.conditions import UNKNOWN, Conditions, merge_conditions
 from knittest.experiment.curves import (
     ReferenceCurve,
     add_note,
     load_curve,
     normalise_force,
+    read_simulated,
     resolve_path,
     to_force_per_width,
 )
@@ -153,11 +155,41 @@ def own_curves(run: Run, paths: Sequence[Path], given: Conditions = UNKNOWN) -> 
     report, found = REPORTS[run.rig.kind], []
     names = (report.axes.x, report.axes.y, *report.axes.others)
     for path in map(resolve_path, paths):
-        curve = load_curve(path, given)
-        column_of(names, curve.x_name, curve)
-        found.append(report.scale_curve(run, with_kind(run, path, curve, kinds()[run.rig.kind].published)))
+        curve = _simulated_curve(run, path, given)
+        if curve is None:
+            curve = load_curve(path, given)
+            column_of(names, curve.x_name, curve)
+            curve = with_kind(run, path, curve, kinds()[run.rig.kind].published)
+        found.append(report.scale_curve(run, curve))
         columns_of(names, found[-1])
     return found
+
+
+def _simulated_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve | None:
+    """First loading in the curve.csv ``path`` of a run, whose config.yaml beside it states the conditions.
+
+    A file without a config.yaml counts as of the test of ``run``; None for a file that no run has written.
+    """
+    read = read_simulated(path)
+    if read is None:
+        return None
+    columns, conditions = read
+    other, config = run, path.parent / "config.yaml"
+    if config.is_file():
+        other = resolve(config=config)
+        conditions = merge_conditions(REPORTS[other.rig.kind].conditions(other), conditions, str(path))
+        columns = REPORTS[other.rig.kind].scale_to_nominal_size(other, columns)
+    axes = REPORTS[other.rig.kind].axes
+    force = next((n for n in (NORMALISED, axes.mean) if n in columns), axes.y)
+    if absent := [name for name in (axes.x, force) if name not in columns]:
+        raise InputError(f"{path}: no column {absent[0]}, as a curve.csv of {other.rig.kind} has; check the test")
+    x, y = columns[axes.x], columns[force]
+    rises = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
+    x_name, y_name = (next((n for n, same in SAME.items() if name in same), name) for name in (axes.x, force))
+    return ReferenceCurve(
+        "simulated", x[rises], y[rises], columns[axes.sd][rises] if axes.sd in columns else None, x_name, y_name,
+        f"{path.parent.name}/{path.name}", conditions=merge_conditions(conditions, given, str(path)), file=str(path),
+    )  # fmt: skip
 
 
 def draw_comparison(

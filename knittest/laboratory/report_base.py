@@ -13,12 +13,13 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.figure import Stamp
 from knittest.base.history import Body, History, Specimen
-from knittest.base.kinds import Parts, TestKind, kinds
+from knittest.base.kinds import Parts, TestKind, check_method_names, kinds
 from knittest.base.progress import tell
 from knittest.base.result_rows import mean_factor
 from knittest.config.quality_checks import SolverCheck, deciding_fields, quality_checks_of, relaxed_limits
 from knittest.config.run import Run
 from knittest.config.sources import parameter_set_text
+from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import ReferenceCurve, add_note
 from knittest.experiment.origin import assumed_friction, borrowed_curves
 from knittest.experiment.tables import PublishedValue
@@ -122,6 +123,10 @@ class Report(Protocol[RunT]):
         """Columns of curve.csv with the force for the nominal size of the specimen."""
         factor, forces = mean_factor(self.factors(run)), (self.axes.y, self.axes.mean, self.axes.sd)
         return {name: factor * values if name in forces else values for name, values in columns.items()}
+
+    def conditions(self, run: RunT) -> Conditions:
+        """Conditions under which the curve of ``run`` serves as a reference: by default its test and direction."""
+        return Conditions(test=run.rig.kind, direction=run.direction)
 
     @abstractmethod
     def scale_curve(self, run: RunT, curve: ReferenceCurve) -> ReferenceCurve:
@@ -259,6 +264,10 @@ def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Calla
     )  # fmt: skip
 
 
+#: present name of each method of a test that would no longer be called by its old name
+OLD_METHODS = {"refuse": "check_run"}
+
+
 def _make_part(kind: TestKind, part: str, protocol: type) -> Any:
     """Instance of ``part`` of ``kind`` with defaults of its ``protocol``; raises :class:`InputError` if incomplete."""
     maker, made = kind.load(part), None
@@ -271,6 +280,7 @@ def _make_part(kind: TestKind, part: str, protocol: type) -> Any:
     if missing:
         lacking = ", ".join(sorted(missing))
         raise InputError(f"test {kind.name}: {getattr(kind, part)} lacks {lacking}: see {protocol.__name__}")
+    check_method_names(type(made), OLD_METHODS)
     for name, default in vars(protocol).items():  # of one that does not inherit the protocol
         if name.startswith("_") or hasattr(made, name):
             continue

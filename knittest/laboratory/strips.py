@@ -58,9 +58,7 @@ def check_has_inlays(fabric: Fabric, direction: Direction, field: str, what: str
     if not fabric.inlays_along(direction):
         given = {one.direction for one in fabric.inlays}
         remedy = f"set {field}={next(iter(given))}" if given else "choose a fabric with inlays"
-        raise InputError(
-            f"{field} = {direction}: this test {what}, but the fabric has no {direction} inlays; {remedy}"
-        )
+        raise InputError(f"{field} = {direction}: this test {what}, but the fabric has no {direction} inlays; {remedy}")
 
 
 def pitch(run: Run, direction: Direction) -> float:

@@ -1,7 +1,7 @@
 """Yarns as chains of beams: their arrays, lumped masses, critical step and contact group."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field
 from math import sqrt
 
 import numpy as np
@@ -10,6 +10,7 @@ from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.base.history import Mesh
 from knittest.base.units import round_down
+from knittest.config.aliases import warn_of_old_name
 from knittest.kernels.beam import rotary_inertia_factor, wave_speed
 from knittest.kernels.flattening import TINY
 from knittest.kernels.laws import hinge_tables
@@ -32,9 +33,9 @@ class Chain:
     the true length over that of the polygon, for its mass. ``degree_of_set`` [-], (n - 1,) or one for all, is the share
     of the curvature that is free of moment; the rest was bent in. ``normal`` of a flat section, (3,) for all elements
     or (n - 1, 3), is the direction at the start about which it bends with ``Section.across``, and along which an
-    elliptic one is as high as ``Section.radius`` says; its component along the chain is ignored. ``draw_in`` [-],
-    (n - 1,) or one for all, is the share by which the yarn is shorter at rest than its ``points``: it starts under
-    tension.
+    elliptic one is as high as ``Section.radius`` says; its component along the chain is ignored.
+    ``loop_shortening`` [-], (n - 1,) or one for all, is the share by which the yarn is shorter at rest than its
+    ``points``: it starts under tension.
     """
 
     points: Array
@@ -45,7 +46,13 @@ class Chain:
     stretch: float = 1.0
     degree_of_set: Array | float = 1.0
     normal: Array | None = None
-    draw_in: Array | float = 0.0
+    loop_shortening: Array | float = 0.0
+    draw_in: InitVar[Array | float | None] = field(default=None, kw_only=True)  # old name, read for one more version
+
+    def __post_init__(self, draw_in: Array | float | None) -> None:
+        if draw_in is not None:
+            warn_of_old_name("Chain", "draw_in", "loop_shortening")
+            object.__setattr__(self, "loop_shortening", draw_in)
 
 
 class Layout:
@@ -64,7 +71,7 @@ class Layout:
         self.chord = np.diff(self.position, axis=0, append=self.position[-1:] + 1.0)
         self.joined = np.append(self.chain[1:] == self.chain[:-1], False)
         self.length = np.where(self.joined, np.linalg.norm(self.chord, axis=1), 1.0)
-        self.rest = self.length * (1.0 - np.where(self.joined, self.element_field("draw_in"), 0.0))
+        self.rest = self.length * (1.0 - np.where(self.joined, self.element_field("loop_shortening"), 0.0))
 
     def inner_node_flags(self) -> Flags:
         """Nodes that are not the end of a chain."""

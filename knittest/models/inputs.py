@@ -165,7 +165,12 @@ def chain_points(points: ArrayLike, number: int) -> Array:
 
 
 def chain_fields(
-    fail_strain: ArrayLike, slack: ArrayLike, degree_of_set: ArrayLike, draw_in: ArrayLike, count: int, number: int
+    fail_strain: ArrayLike,
+    slack: ArrayLike,
+    degree_of_set: ArrayLike,
+    loop_shortening: ArrayLike,
+    count: int,
+    number: int,
 ) -> None:
     """Check the fields of the ``count`` elements of chain ``number``; raises :class:`InputError`."""
     of = f"of chain {number}"
@@ -176,9 +181,9 @@ def chain_fields(
     share = one_per_element(degree_of_set, f"degree_of_set {of}", count)
     if ((share < 0.0) | (share > 1.0)).any():
         raise InputError(f"degree_of_set {of}: expected 0 to 1")
-    share = one_per_element(draw_in, f"draw_in {of}", count)
+    share = one_per_element(loop_shortening, f"loop_shortening {of}", count)
     if ((share < 0.0) | (share >= 1.0)).any():
-        raise InputError(f"draw_in {of}: expected 0 to below 1")
+        raise InputError(f"loop_shortening {of}: expected 0 to below 1")
 
 
 def warp_direction(warp: ArrayLike, points: Array, cells: Index) -> Array:

@@ -47,7 +47,7 @@ def build_meso(
             stretch(run, path.uncut_path),
             np.where(_held_elements(run, path, rows), run.fabric.knitting.degree_of_set.value, 1.0),
             UPRIGHT,
-            draw_in=_draw_in(run, path, rows, draws[path.system].loop),
+            loop_shortening=_loop_shortening(run, path, rows, draws[path.system].loop),
         )
         for path in in_chain_order(run.fabric, paths)
     ]
@@ -97,7 +97,7 @@ def stretch(run: Run, path: YarnPath) -> float:
     return loops * run.fabric.loop_length_mm / polygon
 
 
-def _draw_in(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
+def _loop_shortening(run: Run, path: YarnPath, rows: int, loop: Array | None) -> Array:
     """Draw-in of each element, less than none in a course of longer loops; at the cut edges, which nothing holds, none.
 
     ``loop`` (rows,) are the drawn lengths of the courses' loops over their mean [-], None where all are alike.
@@ -165,7 +165,7 @@ def build_meso_cell(
             systems.index(path.system),
             stretch=stretch(run, path),
             degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == KNIT else 1.0,
-            draw_in=(run.fabric.knitting.loop_shortening_fraction or 0.0) if path.system == KNIT else 0.0,
+            loop_shortening=(run.fabric.knitting.loop_shortening_fraction or 0.0) if path.system == KNIT else 0.0,
             along=cell.spec.axis(path.system),
             normal=UPRIGHT,
         )

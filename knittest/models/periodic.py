@@ -130,7 +130,7 @@ def _extend_chain(chain: PeriodicChain, piece: _Piece, vectors: Array) -> Chain:
     points = np.asarray(chain.points, float)[count % n] + (count // n)[:, None] * vectors[chain.along]
     elements = {
         name: value if np.ndim(value) == 0 else np.asarray(value)[count[:-1] % n]
-        for name in ("fail_strain", "slack", "degree_of_set", "draw_in")
+        for name in ("fail_strain", "slack", "degree_of_set", "loop_shortening")
         for value in (getattr(chain, name),)
     }
     normal = chain.normal

@@ -90,16 +90,16 @@ class TriangleMesh:
         _, number, times = np.unique(forth, return_inverse=True, return_counts=True)
         return edges[~np.isin(forth, back) | (times[number] > 1)]
 
-    def turned(self, which: Flags | None = None) -> "TriangleMesh":
+    def with_reversed_triangles(self, which: Flags | None = None) -> "TriangleMesh":
         """Mesh with all triangles, or those of ``which`` (m,), turned inside out."""
         turn = np.ones(len(self.triangles), bool) if which is None else which
         return TriangleMesh(self.points, np.where(turn[:, None], self.triangles[:, ::-1], self.triangles))
 
-    def rotated(self, degrees: Sequence[float]) -> "TriangleMesh":
+    def with_rotation(self, degrees: Sequence[float]) -> "TriangleMesh":
         """Rotated about the origin by ``degrees`` (3,): about the x axis, then y, then z, which stay where they are."""
         return TriangleMesh(Rotation.from_euler("xyz", degrees, degrees=True).apply(self.points), self.triangles)
 
-    def moved(self, by: Sequence[float], scale: float = 1.0) -> "TriangleMesh":
+    def with_offset(self, by: Sequence[float], scale: float = 1.0) -> "TriangleMesh":
         """Scaled about the origin, then moved ``by`` (3,) [mm]."""
         return TriangleMesh(scale * self.points + np.asarray(by, float), self.triangles)
 

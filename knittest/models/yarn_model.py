@@ -290,8 +290,8 @@ class YarnModel(ExplicitModel):
         self.tracker.restore(without_prefix(state, "tracker"))
 
     def name_of(self, node: int) -> str:
-        """System and number of the yarn that owns ``node``."""
+        """System and number of the yarn that owns ``node``: ``warp yarn 3``, and ``yarn 3`` of a system ``yarn``."""
         yarn = int(self.group.chain[node])
         part = int(self.mesh.part[self.mesh.yarn == yarn][0])
         first = int(self.mesh.yarn[self.mesh.part == part].min())
-        return f"{self.mesh.part_names[part]} yarn {yarn - first + 1}"
+        return f"{self.mesh.part_names[part].removesuffix('yarn')} yarn {yarn - first + 1}".strip()

@@ -6,15 +6,16 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import takewhile
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Annotated, TypeVar, cast
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ValidationError
 
 from knittest.base.errors import InputError
 from knittest.base.files import read_regular, replace_file
 from knittest.base.result_rows import result_rows
 from knittest.base.summary import Summary as Written
+from knittest.config.aliases import present_field, present_results
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -57,9 +58,9 @@ class ComparedRow(BaseModel):
 
 
 class RelaxedLimit(BaseModel):
-    """A limit relaxed against the preset."""
+    """A limit relaxed against the preset, with the present name of its field."""
 
-    name: str
+    name: Annotated[str, AfterValidator(present_field)]
     value: Number = None
     preset: Number = None
     unit: str = ""
@@ -92,7 +93,7 @@ class Summary(BaseModel):
     numerical_error: dict[str, dict[str, Number | str]] = {}
     verification: dict[str, object] = {}
     limits: list[RelaxedLimit] = []
-    rest: dict[str, Number | Spread | dict[str, Number | Spread]] = {}
+    rest: Annotated[dict[str, Number | Spread | dict[str, Number | Spread]], BeforeValidator(present_results)] = {}
     unjudged: PeaksAfterFailure | None = None
 
     def plain(self) -> Written:

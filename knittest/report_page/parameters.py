@@ -20,7 +20,7 @@ SOURCES = {
     "measured": "Measured: tests of yarn and fabric",
     "digitised": "Digitised: read from published figures",
     "reconstructed": "Reconstructed: from published values, with an assumed shape of the curve",
-    "derived": "Derived: computed from measured values",
+    "derived": "Derived: computed from other values, which the source names",
     "tuned": "Tuned: fitted to the named results, which are therefore no predictions",
     "predicted": "Predicted: by the meso model, partly from assumed inputs",
     "assumed": "Assumed: not measured for this fabric",

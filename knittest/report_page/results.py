@@ -150,7 +150,8 @@ def curve_errors(metrics: Mapping[str, Any]) -> list[tuple[str, Any]]:
 
 def _metrics_blocks(curve: Mapping[str, Any]) -> list[Block]:
     """Comparison of the curve with one reference, with a notice of large errors above it."""
-    against = f"{curve.get('judged_against', 'a curve')} ({curve.get('reference_kind', 'kind not stated')})"
+    source = curve.get("compared_with") or curve.get("judged_against", "a curve")  # the latter of an earlier version
+    against = f"{source} ({curve.get('reference_kind', 'kind not stated')})"
     note = f"; {curve['note']}" if curve.get("note") else ""
     if not curve.get("comparable"):
         reason = curve.get("reason", "no reason stated")

@@ -106,7 +106,7 @@ class Checkpoints:
         """Tell whether ``specimen`` is stored as finished."""
         return _finished_path(self.folder, specimen).exists()
 
-    def finished(self, specimen: int) -> State | None:
+    def finished_state(self, specimen: int) -> State | None:
         """State of a finished specimen; ``None`` if there is none."""
         if not self.is_finished(specimen):
             return None
@@ -232,7 +232,7 @@ class SpecimenKeeper(Observer):
         self.store.interrupts.check()
         self.due = time.monotonic() + self.store.interval
 
-    def failed(self, take: Callable[[], Snapshot]) -> None:
+    def visit_failure(self, take: Callable[[], Snapshot]) -> None:
         """Write the failed state."""
         self.store.write_failed(self.specimen, take())
 

@@ -120,7 +120,7 @@ def _write_partial_on_error(run: Run, opened: OpenedRun, references: References,
         yield
     except NumericalError as error:
         partial, error.partial = error.partial, None
-        stored = [opened.checkpoints.finished(number) for number in range(run.variability.specimens)]
+        stored = [opened.checkpoints.finished_state(number) for number in range(run.variability.specimens)]
         specimens = [specimen_of(state) for state in stored if state is not None]
         if not specimens and isinstance(partial, Specimen):
             specimens = [partial]
@@ -137,7 +137,7 @@ def _write_partial_on_error(run: Run, opened: OpenedRun, references: References,
 
 
 def _finished_specimen(run: Run, number: int, opened: OpenedRun, progress: Progress) -> Specimen:
-    stored = opened.checkpoints.finished(number)
+    stored = opened.checkpoints.finished_state(number)
     if stored is not None:
         return specimen_of(stored)
     with name_errors(run, number):

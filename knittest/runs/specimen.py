@@ -24,8 +24,8 @@ from knittest.solve.compilation import load_kernels
 from knittest.solve.relaxed_cell import mesh_fault, with_loop_shortening
 from knittest.solve.state import SILENT, TESTING, Observer, SimulationCost, Snapshot, TooFastError
 
-#: fact of a specimen: loop shortening [-]
-LOOP_SHORTENING = "draw_in"
+#: fact of a specimen: loop shortening [%]
+LOOP_SHORTENING = "loop_shortening_pct"
 #: quality of a specimen whose simulation ended early
 NO_QUALITY = Quality(np.nan, np.nan, np.nan, np.nan, np.nan, False, ())
 #: lowest share of the configured speed
@@ -38,8 +38,8 @@ def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Prepare
     """Build model and rig of specimen number ``specimen``; raises :class:`InputError` if its loops lock."""
     drawn = with_loop_shortening(run, _axial_share(run))
     prepared: PreparedSpecimen = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
-    draw_in = drawn.fabric.knitting.loop_shortening_fraction if run.model.scale == "meso" else None
-    return prepared if draw_in is None else replace(prepared, facts=prepared.facts | {LOOP_SHORTENING: draw_in})
+    stated = drawn.fabric.knitting.loop_shortening if run.model.scale == "meso" else None
+    return prepared if stated is None else replace(prepared, facts=prepared.facts | {LOOP_SHORTENING: stated.value})
 
 
 def threads_for(elements: int) -> int:
@@ -98,9 +98,10 @@ def _run_at_speed(
         )  # fmt: skip
         rest = {}
         if history.rest is not None:
-            draw_in = prepared.facts.get(LOOP_SHORTENING)
-            munden = Munden.of(CellSpec.of(run.fabric), draw_in or 0.0)
-            rest = equilibrium_numbers(history.rest, munden.courses, munden.stitches, draw_in)
+            shortening = prepared.facts.get(LOOP_SHORTENING)
+            share = None if shortening is None else 0.01 * shortening
+            munden = Munden.of(CellSpec.of(run.fabric), share or 0.0)
+            rest = equilibrium_numbers(history.rest, munden.courses, munden.stitches, share)
         return Specimen(history, results, quality, costs, prepared.yarns, prepared.facts, rest)
 
     try:
@@ -146,11 +147,13 @@ class Watcher(SpecimenKeeper):
     ) -> None:
         super().__init__(store, specimen)
         self._label, self._until_failure, self._progress, self._log = label, until_failure, progress, log
+        self._attempt = 1
 
     def phase(self, text: str) -> None:
         """Show the phase."""
         until_failure = self._until_failure and text == TESTING
-        self._progress.phase(f"{self._label}: {text}", until_failure=until_failure)
+        label = f"{self._label}, attempt {self._attempt}" if self._attempt > 1 else self._label
+        self._progress.phase(f"{label}: {text}", until_failure=until_failure)
 
     def overlaps(self, found: Overlaps) -> None:
         """Log overlapping yarns."""
@@ -175,12 +178,14 @@ class Watcher(SpecimenKeeper):
             self._log("goes on", number=self.specimen, at_ms=found.time)
         return found
 
-    def resumed(self, fraction: float, time_ms: float) -> None:
+    def report_resume(self, fraction: float, time_ms: float) -> None:
         """Print where the run is resumed."""
         self._progress.say(f"{self._label}: resumed at {time_ms:.4g} ms, {100.0 * fraction:.0f} % of the test")
 
     def restarts(self, share: float, reason: str = "") -> None:
-        """Print the reason, and discard the checkpoints."""
+        """End the attempt without a result, print the reason, and discard the checkpoints."""
         self._log("restart", number=self.specimen, share=share, reason=reason)
+        self._attempt += 1
+        self._progress.abandon_phase()
         self._progress.say(f"{self._label}: {reason}")
         super().restarts(share)

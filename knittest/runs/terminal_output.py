@@ -165,7 +165,7 @@ def _compared_values(metrics: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
 
 def _reference_text(metrics: Mapping[str, object]) -> str:
     note = f"; {metrics['note']}" if metrics.get("note") else ""
-    return f"against {metrics['judged_against']} ({metrics['reference_kind']}{note})"
+    return f"against {metrics['compared_with']} ({metrics['reference_kind']}{note})"
 
 
 def _rating_text(metrics: Mapping[str, Any]) -> str:

@@ -79,7 +79,7 @@ class Body:
             number_above(contact.tangential, "tangential of the contact with a patch")
         for number, chain in enumerate(chains):
             count = len(chain_points(chain.points, number)) - 1
-            chain_fields(chain.fail_strain, chain.slack, chain.degree_of_set, chain.draw_in, count, number)
+            chain_fields(chain.fail_strain, chain.slack, chain.degree_of_set, chain.loop_shortening, count, number)
             if not 0 <= chain.part < len(part_names):
                 raise InputError(f"part {chain.part} of chain {number}: there are {len(part_names)} part_names")
         return cls(build_chains(chains, part_names, contact), **options)

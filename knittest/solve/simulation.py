@@ -11,6 +11,7 @@ from numba import get_num_threads
 from knittest.base.arrays import Array
 from knittest.base.errors import NumericalError
 from knittest.base.history import Frame, History
+from knittest.base.kinds import check_method_names
 from knittest.config.run import Output, Solver
 from knittest.kernels.threading import limit_threads
 from knittest.kernels.tool_contact import tool_energies
@@ -52,7 +53,7 @@ def simulate(
         try:
             _run_rows(run, output, observer, check_speed)
         except NumericalError as error:
-            observer.failed(run.snapshot)
+            observer.visit_failure(run.snapshot)
             if run.rows:
                 error.partial = _history(run), run.cost
             raise
@@ -63,6 +64,7 @@ def simulate(
 def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -> Simulation:
     """State at the start, or the state to resume from."""
     dt = solver.safety * model.critical_step  # as in Simulation.first_step
+    check_method_names(type(rig), {"finished": "is_finished"})
     boundary = Boundary(model, dt)
     rig.constrain(boundary)
     run = Simulation(model, boundary.drive(), new_tally(boundary), dt, rig=rig, solver=solver)
@@ -84,7 +86,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
         return run
     run.restore(snapshot)
     run.cost.time_step = run.dt
-    observer.resumed(min(run.time / run.rig.duration, 1.0), run.time)  # the last chunk may end a little later
+    observer.report_resume(min(run.time / run.rig.duration, 1.0), run.time)  # the last chunk may end a little later
     before = float(snapshot.state["run/rest_damping_factor"])
     if before != run.rest_damping_factor:  # a forced restart with another step or damping
         _damp_recoil(run)
@@ -111,7 +113,7 @@ def _run_rows(
         force = row[run.rig.force]
         run.peak = max(run.peak, force)
         observer.progress(fraction, run.time, 1e3 * run.dt, run.energy_rows[-1]["kinetic_ratio"])
-        if run.rig.finished(force, run.peak, run.eroded > 0.0) or (run.rig.locks and is_locked(run.energy_rows)):
+        if run.rig.is_finished(force, run.peak, run.eroded > 0.0) or (run.rig.locks and is_locked(run.energy_rows)):
             break
         observer.visit(run.snapshot)
 

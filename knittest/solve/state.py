@@ -50,7 +50,7 @@ class Rig(Protocol):
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Curve columns at ``time`` [ms] from the means of the last steps."""
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""
         return False
 
@@ -295,7 +295,7 @@ class Observer:
         """Return the state to resume from; None to start."""
         return None
 
-    def resumed(self, fraction: float, time_ms: float) -> None:
+    def report_resume(self, fraction: float, time_ms: float) -> None:
         """Receive where it resumes: share of the test (0 to 1), simulated time [ms]."""
 
     def speed_share(self) -> float:
@@ -308,7 +308,7 @@ class Observer:
     def visit(self, take: Callable[[], Snapshot]) -> None:
         """Receive the state after a chunk of steps, by calling ``take``; may raise to stop the simulation."""
 
-    def failed(self, take: Callable[[], Snapshot]) -> None:
+    def visit_failure(self, take: Callable[[], Snapshot]) -> None:
         """Receive the state in which a check has failed."""
 
 

@@ -181,7 +181,7 @@ class _PullRig:
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         return {"strain_pct": time, "force_n": float(readings.reaction[1])}
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         return False
 
 

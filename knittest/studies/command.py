@@ -128,13 +128,21 @@ def _remaining_job(plan: Path, folder: Path, options: RunOptions, force: bool) -
 
 
 def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
-    """Write the configs of ``runs``, so that all can be resumed; replaces a plan that ended with invalid input."""
+    """Write the configs of ``runs``, so that all can be resumed; replaces a plan that ended with invalid input.
+
+    Raises :class:`InputError` for a folder of a run, and for one that holds something else.
+    """
     make_folder(parent)
     plans = list(parent.glob("config-*.yaml"))
     begun = [folder for folder in map(_planned_folder, plans) if folder.exists()]
     if plans and not (begun and all(map(ended_by_input_error, begun))):
         remedy = f"continue it with: knittest resume {parent}, or choose a new folder"
         raise InputError(f"--out {parent}: holds a run; {remedy}")
+    own = {file.name for file in (*plans, *begun)}
+    if others := sorted(
+        file.name for file in parent.iterdir() if not file.name.startswith(".") and file.name not in own
+    ):
+        raise InputError(f"--out {parent}: holds {others[0]}, which is no file of this run; choose a new folder")
     for run in runs:
         write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
 

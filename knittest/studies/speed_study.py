@@ -17,7 +17,7 @@ from knittest.laboratory.restart import has_configured_speed, with_result_speed
 from knittest.runs.terminal_output import print_text
 from knittest.studies.homogenise.derived_card import complete_cards
 from knittest.studies.trials.pool import LocalPool
-from knittest.studies.trials.runner import StudyOptions, run_all
+from knittest.studies.trials.runner import LEDGER, StudyOptions, check_study_folder, run_all
 from knittest.studies.trials.trial import Trial, trial_of
 
 COLUMNS = (
@@ -144,6 +144,7 @@ def _trial_label(run: Run) -> str:
 
 def _all_results(trials: list[Trial], options: SpeedOptions) -> list[dict[str, float]]:
     """Results of ``trials``, which run unless they are finished; raises :class:`NumericalError`."""
+    check_study_folder(options.out, LEDGER, "speed study")
     pool = LocalPool(options.workers, options.threads)
     records = run_all(trials, options.out, pool, limit=TIME_LIMIT, quiet=options.quiet)
     for trial in trials:

@@ -40,7 +40,7 @@ class Clearance:
     travel: float
 
     @property
-    def where(self) -> str:
+    def place_text(self) -> str:
         """Place and travel in words."""
         x, y, z = self.place
         return f"at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm, stamp at {self.travel:.3g} mm"
@@ -233,9 +233,9 @@ def _clearance_problems(die: Clearance, holder: Clearance | None, thickness: flo
     if die.size < (1.0 - SHORT) * thickness:
         size = f"is {die.size:.3g} mm" if die.size > 0.0 else f"is negative, they overlap by {-die.size:.3g} mm"
         found.append(
-            f"The clearance between stamp and die {size} ({die.where}), expected at least the fabric's thickness, "
+            f"The clearance between stamp and die {size} ({die.place_text}), expected at least the fabric's thickness, "
             f"{thickness:.3g} mm."
         )
     if holder is not None and holder.size <= 0.0:
-        found.append(f"Stamp and holder overlap by {-holder.size:.3g} mm ({holder.where}).")
+        found.append(f"Stamp and holder overlap by {-holder.size:.3g} mm ({holder.place_text}).")
     return found

@@ -29,14 +29,14 @@ def repair_mesh(mesh: TriangleMesh, away: float, height: float) -> tuple[Triangl
     notes = []
     disagreeing = _triangles_to_flip(mesh)
     if disagreeing.any():
-        mesh = mesh.turned(disagreeing)
+        mesh = mesh.with_reversed_triangles(disagreeing)
         notes.append(f"{disagreeing.sum()} triangles with another orientation than their neighbours were flipped")
     skin = len(mesh.borders()) > 0
     outward = away * -float(mesh.normals[:, 2].sum()) if skin else mesh.volume
     if skin and abs(outward) < 1e-6 * float(np.linalg.norm(mesh.normals, axis=1).sum()):
         raise InputError("an open vertical surface, of which the side of the body is unknown; close the surface")
     if outward < 0.0:
-        mesh = mesh.turned()
+        mesh = mesh.with_reversed_triangles()
         notes.append("all triangles faced inwards and were flipped")
     if skin:
         corners, by = mesh.corners, np.array([0.0, 0.0, away * height])
@@ -101,8 +101,8 @@ def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[Triang
     path = data_dir() / stl.path
     dropped = mesh.dropped
     if stl.rotation is not None:
-        mesh = mesh.rotated(stl.rotation)
-    mesh = mesh.moved((stl.offset_x_mm, stl.offset_y_mm, 0.0), stl.scale)
+        mesh = mesh.with_rotation(stl.rotation)
+    mesh = mesh.with_offset((stl.offset_x_mm, stl.offset_y_mm, 0.0), stl.scale)
     extent, blank = float(np.ptp(mesh.points, axis=0).max()), max(place.blank)
     if not SMALLEST * blank <= extent <= LARGEST * blank:
         raise InputError(
@@ -117,7 +117,7 @@ def stl_body(stl: StlTool, place: Placement, mesh: TriangleMesh) -> tuple[Triang
         notes.insert(0, f"{dropped} triangles without area were removed")
     touched = mesh.points[:, 2]
     rise = place.face - float(touched.min() if place.away > 0.0 else touched.max())
-    return body.moved((0.0, 0.0, rise)), [f"{path.name}: {note}" for note in notes]
+    return body.with_offset((0.0, 0.0, rise)), [f"{path.name}: {note}" for note in notes]
 
 
 def stl_tool(stl: StlTool, body: TriangleMesh, place: Placement) -> Tool:

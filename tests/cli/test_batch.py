@@ -242,5 +242,13 @@ def test_the_overview_counts_and_names_the_runs():
         view.watch(trial, share)
         assert text in shown.running[0] and "a strip" in shown.running[0]
     view.ended(trial, Record(trial.key, "timeout", "not finished after 2 s", seconds=2.0))
-    assert "[2/3] a strip: timeout: not finished after 2 s (2.0 s)" in shown.heads
+    assert "[2/3] timeout: not finished after 2 s (2.0 s): a strip" in shown.heads
     assert "2/3 runs (1 timeout, 1 finished before)" in shown.heads[-1] and shown.running == []
+
+
+def test_the_line_of_a_rejected_run_is_short_and_has_the_reason_first():
+    reasons = [f"quality check {number} exceeds its limit: rerun with another setting" for number in range(9)]
+    record = Record("key", "refused", "; ".join(reasons), seconds=12.3)
+    line = overview.outcome_line("tensile v1 warp " + " ".join(f"field{n}=1.234" for n in range(20)), record)
+    assert line.startswith("refused: quality check 0 exceeds its limit: rerun with another setting; quality check 1")
+    assert " ... (12.3 s): tensile v1 warp field0" in line and len(line) <= 150

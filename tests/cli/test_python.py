@@ -55,4 +55,4 @@ def test_a_refused_run_warns(tmp_path):
             1, scale="macro", preset="quick", direction="warp", out=tmp_path / "r", pictures=False, frames=False,
             quiet=True, set={"solver.max_kinetic_ratio": 1e-9},
         )  # fmt: skip
-    assert not run.gates and run.gates.refused and run.results["peak_force_n"] > 0
+    assert not run.quality_checks and run.quality_checks.refused and run.results["peak_force_n"] > 0

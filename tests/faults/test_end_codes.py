@@ -277,3 +277,12 @@ def test_resume_leaves_out_what_the_run_left_out(tmp_path, monkeypatch):
     assert run(["resume", str(both)]) == 0
     assert [(options.pictures, options.frames) for options in seen] == [(False, True)]
     assert not (both / "report.html").exists()
+
+
+def test_both_directions_refuse_a_folder_that_holds_something_else(tmp_path, monkeypatch, capsys):
+    """``--out configs`` would lay run folders beside the fabrics."""
+    monkeypatch.setattr("knittest.studies.command._run_jobs", lambda jobs, *_: [])
+    (tmp_path / "fabrics").mkdir()
+    both = ["tensile", *(word for word in QUICK if word not in ("--direction", "warp")), "--out", str(tmp_path)]
+    assert run(both) == 2 and [file.name for file in tmp_path.iterdir()] == ["fabrics"]
+    assert "holds fabrics, which is no file of this run; choose a new folder" in capsys.readouterr().err

@@ -41,7 +41,7 @@ class Watcher(Observer):
 
     saved = None
 
-    def failed(self, take):
+    def visit_failure(self, take):
         self.saved = take()
 
 

@@ -28,7 +28,7 @@ class Keeper(Observer):
     def resume_from(self):
         return self.snapshot
 
-    def resumed(self, fraction, time_ms):
+    def report_resume(self, fraction, time_ms):
         self.went_on.append((fraction, time_ms))
 
     def visit(self, take):
@@ -36,7 +36,7 @@ class Keeper(Observer):
         if self.looks in self.at:
             self.taken.append(take())
 
-    def failed(self, take):
+    def visit_failure(self, take):
         raise AssertionError("the numbers went wrong")
 
 

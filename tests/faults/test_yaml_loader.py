@@ -89,9 +89,9 @@ def test_sizes_are_bounded_without_recursion():
 
 def test_lines_are_remembered_per_key_path():
     document = parse_document("a:\n  b: 1\n  c:\n    - x\n    - {d: 2}\n", "f.yaml")
-    assert document.where(("a", "b")) == "f.yaml:2"
-    assert document.where(("a", "c", 1, "d")) == "f.yaml:5"
-    assert document.where(("a", "missing", "deeper")) == "f.yaml:1"
+    assert document.place_of(("a", "b")) == "f.yaml:2"
+    assert document.place_of(("a", "c", 1, "d")) == "f.yaml:5"
+    assert document.place_of(("a", "missing", "deeper")) == "f.yaml:1"
 
 
 @pytest.mark.parametrize(

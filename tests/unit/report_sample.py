@@ -67,7 +67,7 @@ def write_run(
     compared = compare_results(rows[0], references, {r.quantity: row_kind(run, r.quantity) for r in references})
     compared = [row | {"assumed": list(assumed_inputs(run))} for row in compared]
     text = config_text or dump(run)
-    metrics = METRICS if fabric.name.startswith("pham2019") else METRICS | {"judged_against": "a curve of its own"}
+    metrics = METRICS if fabric.name.startswith("pham2019") else METRICS | {"compared_with": "a curve of its own"}
     with RunFolder.create(path, run, config_text=text, threads=2, data_files=files) as folder:
         columns = curves(kind) if specimens == 1 else ensemble()
         folder.write_table("curve.csv", columns)
@@ -91,7 +91,7 @@ def write_run(
 
 
 METRICS = {
-    "judged_against": "Table 3, variant 1, warp", "reference_kind": "reconstructed", "comparable": True,
+    "compared_with": "Table 3, variant 1, warp", "reference_kind": "reconstructed", "comparable": True,
     "peak_error_pct": -2.625, "fracture_strain_error_pct": -1.375, "rmse_pct_of_peak": 1.9375,
     "rating": {"overall": 0.98125, "grade": "excellent"},
 }  # fmt: skip

@@ -14,6 +14,7 @@ import pytest
 import knittest
 from knittest.api import tests
 from knittest.base.kinds import kinds
+from knittest.config.aliases import OldNameWarning
 from knittest.errors import InputError
 
 
@@ -137,7 +138,7 @@ def test_a_stopped_run_has_no_results_and_says_how_to_go_on(tmp_path):
     (tmp_path / "manifest.json").write_text(json.dumps({"status": "interrupted"}))
     run = knittest.load(str(tmp_path))
     assert run.status == "interrupted" and "interrupted" in repr(run)
-    for name in ("results", "curve", "gates", "energies"):
+    for name in ("results", "curve", "quality_checks", "energies"):
         with pytest.raises(InputError, match=r"knittest\.resume"):
             getattr(run, name)
     with pytest.raises(InputError, match="not a run folder"):
@@ -154,7 +155,12 @@ def test_a_run_of_both_directions_passes_only_if_both_do(tmp_path):
         (folder / "summary.json").write_text(json.dumps(summary))
         (folder / "curve.csv").write_text("time_ms,force_n\n0,1\n1,2\n")
     runs = knittest.load(tmp_path)
-    assert runs.warp.gates and not runs.weft.gates and not runs.gates and runs.gates.refused == ["weft: energy"]
+    checks = runs.quality_checks
+    assert runs.warp.quality_checks and not runs.weft.quality_checks and not checks
+    assert checks.refused == ["weft: energy"]
+    for one in (runs, runs.warp):
+        with pytest.warns(OldNameWarning, match="gates is now called quality_checks"):
+            assert one.gates == one.quality_checks
     assert list(runs.curve.columns) == ["direction", "time_ms", "force_n"] and len(runs.curve) == 4
     assert list(runs.curve.index) == [0, 1, 2, 3] and runs["weft"].results == {"a_n": 1.0}
     with pytest.warns(knittest.errors.RefusedWarning, match="weft: energy"):

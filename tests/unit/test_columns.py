@@ -128,7 +128,7 @@ def test_check_fits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     arguments = ["check", "tensile", "--variant", "1", "--scale", "macro", "--preset", "quick", "--no-time"]
     result = CliRunner().invoke(cli, [*arguments, *(word for text in sets for word in ("--set", text))])
     assert result.exit_code == 0, result.output
-    fits(result.stdout, "yarns across 14, width mm 50, gauge mm 200, area mm2 11000", "25 agree, 2 differ")
+    fits(result.stdout, "yarns across 14, width 50 mm, gauge 200 mm, area 11000 mm2", "25 agree, 2 differ")
     assert "warp-of-mine.csv" in result.stdout and str(tmp_path) not in result.stdout
     rows = table_cells(
         [Counterpart("a", "b", "mm", 1.0, "assumed", None, "no row, for a reason that is told at length")]

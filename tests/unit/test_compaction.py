@@ -84,7 +84,7 @@ def test_plates_rest_creep_and_close_by_half_the_thickness():
     row = rig.channels(0.0, forces)
     assert row["pressure_kpa"] == pytest.approx(10.0) and row["thickness_mm"] == rig.start  # 2 N on 200 mm2
     assert row["lower_force_n"] == 1.9 and row["upper_force_n"] == 2.1
-    assert not rig.finished(199.0, 0.0, False) and rig.finished(200.0, 0.0, False)  # 1 MPa
+    assert not rig.is_finished(199.0, 0.0, False) and rig.is_finished(200.0, 0.0, False)  # 1 MPa
 
 
 def test_plates_are_as_stiff_as_the_step_allows():

@@ -18,6 +18,7 @@ from knittest.base.history import History, Specimen
 from knittest.base.result_rows import result_rows
 from knittest.cli.main import cli
 from knittest.config.loading import resolve
+from knittest.config.yaml_writer import dump
 from knittest.experiment.comparison import compare_columns, compare_results
 from knittest.experiment.conditions import Conditions
 from knittest.experiment.curves import ReferenceCurve, load_curve, normalise_force, scale_to_width, to_force_per_width
@@ -411,3 +412,28 @@ def test_a_pull_out_counts_the_crossings_of_the_tested_length():
     curve = ReferenceCurve("measured", x, 30.0 - x, None, "tail_travel_mm", "pull_force_n", "s", conditions=conditions)
     whole = scale_curve_to_length(run, curve)
     assert whole.mean == pytest.approx(curve.mean * (800 / 28 - curve.x) / (30.0 - curve.x))
+
+
+@pytest.mark.parametrize("has_config", [True, False])
+def test_a_curve_of_another_run_is_read_with_the_size_of_that_run(tmp_path, has_config):
+    """A strip of 50 mm, simulated, beside a run of 25 mm: half the force; without its config the width is unknown."""
+    path = tmp_path / "curve.csv"
+    path.write_text("time_ms,displacement_mm,strain_pct,force_n\n0.1,0,0,0\n0.2,1,1,100\n0.3,0,0,0\n0.4,2,2,200\n")
+    if has_config:
+        (tmp_path / "config.yaml").write_text(dump(tensile(50.0)))
+        (curve,) = own_curves(tensile(25.0), [path])
+        assert curve.kind == "simulated" and not curve.doubt
+        with pytest.raises(InputError, match=r"a curve of tensile warp .*the run is tensile weft"):
+            own_curves(tensile(direction="weft"), [path])
+    else:
+        with pytest.raises(InputError, match="strip width of force_n is unknown"):
+            own_curves(tensile(25.0), [path])
+        (curve,) = own_curves(tensile(25.0), [path], Conditions(strip_width_mm=50.0))
+    assert curve.x.tolist() == [0.0, 1.0, 2.0] and curve.mean.tolist() == [0.0, 50.0, 100.0]
+
+
+def test_a_curve_without_known_columns_is_answered_by_what_the_command_has(tmp_path):
+    path = tmp_path / "c.csv"
+    path.write_text("A,B\n0,0\n1,100\n2,200\n")
+    with pytest.raises(InputError, match=r"columns in line 1 are 'A', 'B': write a header row such as strain_pct"):
+        own_curves(tensile(), [path])

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from knittest.base.errors import InputError
-from knittest.base.files import data_dir
+from knittest.base.files import configs_dir, data_dir
 from knittest.config.base import Quantity
 from knittest.config.loading import resolve
 from knittest.laboratory.base import shear_curve
@@ -92,3 +92,11 @@ def test_fabric_strength_is_in_reach_of_its_yarns(fabric):
     yarn = fabric.reinforcing
     force = yarn.youngs_modulus_mpa * yarn.load_area_mm2 * yarn.fracture_strain_fraction
     assert force == pytest.approx(465, abs=1)
+
+
+def test_a_fabric_file_and_the_file_of_a_test_are_not_mistaken_for_each_other():
+    fabric, test = configs_dir() / "fabrics/pham2019-v1.yaml", configs_dir() / "rigs/tensile.yaml"
+    with pytest.raises(InputError, match=r"pham2019-v1\.yaml: this is a fabric file, .* give it as --fabric "):
+        resolve(config=fabric)
+    with pytest.raises(InputError, match=r"tensile\.yaml: this is the file of a test, .* give it as --config "):
+        resolve(fabric=test)

@@ -62,8 +62,8 @@ def test_layers_merge_mappings_but_replace_quantities_and_know_where_from():
     layers.lay({"a": {"value": 1, "sd": 2, "ref": "Table 1"}, "b": {"c": 1, "d": 2}}, lambda _: "base:1")
     layers.lay({"a": {"value": 3}, "b": {"c": 4}}, lambda _: "over:9")
     assert layers.data == {"a": {"value": 3}, "b": {"c": 4, "d": 2}}
-    assert layers.where(("a", "sd")) == layers.where(("b", "c")) == "over:9"
-    assert layers.where(("b", "d")) == "base:1"
+    assert layers.place_of(("a", "sd")) == layers.place_of(("b", "c")) == "over:9"
+    assert layers.place_of(("b", "d")) == "base:1"
 
 
 def test_fabric_without_sets_is_its_base(tmp_path):

@@ -132,7 +132,7 @@ def test_numbers_of_one_other_fabric_do_not_agree_with_each_other():
     rows = counterparts(start.model_copy(update=own))
     assert of(rows, "thickness").verdict == of(rows, "loop length", "densities").verdict == "agrees"
     assert of(rows, *bundle).verdict == "taken over"
-    assert summary_line([row]).endswith("; 1 taken over from pham2019-v1 on both sides, which confirms nothing")
+    assert summary_line([row]).endswith("; 1 not checked: value and counterpart both come from pham2019-v1")
 
 
 def test_fibres_of_the_shipped_inlay_do_not_fit_into_its_circle():

@@ -19,7 +19,7 @@ def two_layers(direction: int, upper: float) -> PeriodicBody:
     for height, draw_in in ((ARM, upper * DRAWN), (-ARM, (1.0 - upper) * DRAWN)):
         points = np.zeros((n, 3))
         points[:, direction], points[:, 2] = np.arange(n) / n, height
-        chains.append(PeriodicChain(points, SECTION, 0, draw_in=draw_in, along=direction))
+        chains.append(PeriodicChain(points, SECTION, 0, loop_shortening=draw_in, along=direction))
     sizes = (1.0, PITCH) if direction == 0 else (PITCH, 1.0)
     body = PeriodicBody.of_cell(chains, np.hstack([np.diag(sizes), np.zeros((2, 1))]), threads=1)
     body.boundary.move(np.flatnonzero(body.cell.owned), "z")

@@ -31,6 +31,10 @@ def test_a_spin_that_only_damping_slows_is_in_balance(rod):
     assert chunk.force < 1e-9 * before
 
 
+def test_the_only_system_of_a_body_gives_its_yarns_one_name(rod):
+    assert rod[0].model.name_of(2) == "yarn 1"
+
+
 def test_it_is_left_at_rest_with_its_own_damping(rod):
     damped, spin = rod
     damped.advance()

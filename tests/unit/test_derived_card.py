@@ -1,5 +1,8 @@
 """A fabric without a material card of its shells gets one from a cell of its yarns, once."""
 
+import hashlib
+import json
+
 import numpy as np
 import pytest
 import yaml
@@ -8,6 +11,7 @@ from homogenise_cases import BENDING, STRAIN, YARN_FORCE, Formulas, pull, shear
 from knittest.base.errors import InputError, NumericalError
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
+from knittest.config.settings import leaf_values
 from knittest.config.yaml_writer import dump
 from knittest.laboratory.base import fabric_laminate, tension_curves
 from knittest.studies.homogenise import derived_card
@@ -81,6 +85,18 @@ def test_a_card_is_derived_once_and_the_resolved_config_keeps_it(pool, tmp_path)
     assert missing_parts(changed) == ("tension", "bending_stiffness", "shear")
     stated = resolve(config=tmp_path / "run.yaml", sets=["fabric.macro.bending_stiffness.warp=9"])
     assert complete_cards([stated]) == [stated]
+
+
+def test_a_card_of_yarns_with_an_old_field_name_is_kept(pool, tmp_path):
+    (run,) = complete_cards([shells("fabric.knitting.loop_shortening=1", direction="warp")], quiet=True)
+    numbers = [(name.replace("loop_shortening", "draw_in"), str(value)) for name, value in
+               leaf_values(derived_card._yarn_fields(run.fabric))]  # fmt: skip
+    old = hashlib.sha256(json.dumps(sorted(numbers)).encode()).hexdigest()[: derived_card.DIGITS]
+    (tmp_path / "run.yaml").write_text(dump(run).replace(derived_card._digest(run.fabric), old))
+    again = resolve(config=tmp_path / "run.yaml")
+    assert again != run and missing_parts(again) == ()
+    changed = resolve(config=tmp_path / "run.yaml", sets=["fabric.knitting.loop_shortening=2"])
+    assert missing_parts(changed) == ("tension", "bending_stiffness", "shear")
 
 
 def test_what_is_stated_of_a_card_stays(pool):

@@ -10,6 +10,7 @@ from knittest.base.files import configs_dir
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
 from knittest.config.templates import new_fabric_text
+from knittest.runs.preflight.yarn_counterparts import derived_lines
 
 
 def document() -> dict[str, Any]:
@@ -43,6 +44,12 @@ def test_a_fabric_has_a_contact_where_it_has_yarns_and_stated_numbers_stay() -> 
     assert (stated.contact.normal_stiffness.value, stated.contact.friction_coefficient.value) == (500.0, 0.2)
     shipped = resolve(test="tensile", variant="1", scale="meso", preset="quick").fabric.contact
     assert (shipped.normal_stiffness.value, shipped.normal_stiffness.source) == (1000.0, "assumed")
+
+
+def test_check_lists_assumed_numbers_only_where_some_were_filled_in() -> None:
+    lines = derived_lines(started())
+    assert [line.split(":")[0].strip() for line in lines] == ["derived from the yarns", "contact.normal_stiffness"]
+    assert derived_lines(started("polyester 68 tex"))[-1].startswith("  assumed: knitting.packing 0.6")
 
 
 def test_it_is_derived_again_when_the_yarn_changes() -> None:

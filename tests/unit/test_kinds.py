@@ -3,6 +3,7 @@
 import ast
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -14,9 +15,11 @@ from knittest.base.kinds import JoinedParts, Parts, kinds, test_names
 from knittest.cli.main import cli
 from knittest.config.base import Strict
 from knittest.config.run import Run, rig_model
+from knittest.experiment.origin import Origin
 from knittest.export.lock import results_of_runs, tables_of_runs
 from knittest.laboratory.base import Test
 from knittest.laboratory.report_base import REPORTS, TESTS, _make_part
+from knittest.solve.simulation import simulate
 from knittest.solve.state import SILENT
 
 PACKAGE = Path(module.__file__).parents[1]
@@ -171,6 +174,26 @@ def test_a_part_that_cannot_be_made_is_refused():
         InputError, match=rf"test friction: {__name__}:Unfinished lacks assess, results, solve: see Test"
     ):
         _make_part(kind, "test", Test)
+
+
+class Earlier(Unfinished):
+    """A test with the check of an earlier version, which nothing calls any more."""
+
+    solve = results = assess = refuse = Unfinished.prepare
+
+
+def test_a_test_with_an_old_check_is_told_its_present_name():
+    kind = replace(kinds()["friction"], test=f"{__name__}:Earlier")
+    with pytest.raises(InputError, match=rf"{__name__}:Earlier: refuse is now called check_run: rename"):
+        _make_part(kind, "test", Test)
+
+
+def test_old_methods_of_an_origin_and_a_rig_are_told_their_present_names():
+    with pytest.raises(InputError, match="fed is now called input_row_kind: rename"):
+        type("Own", (Origin,), {"fed": lambda self, run: "input"})
+    rig = type("Own", (), {"finished": lambda self, force, peak, broken: True})()
+    with pytest.raises(InputError, match="Own: finished is now called is_finished"):
+        simulate(SimpleNamespace(critical_step=1.0), rig, SimpleNamespace(safety=1.0), None)
 
 
 def test_an_option_of_a_test_keeps_all_digits(monkeypatch):

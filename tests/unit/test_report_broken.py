@@ -126,7 +126,7 @@ KEYS = {
     "comparison.json": ("curves",),
 }
 METRIC = st.dictionaries(
-    st.sampled_from(("comparable", "judged_against", "peak_error_pct", "rating", "note")), JSON, max_size=4
+    st.sampled_from(("comparable", "compared_with", "peak_error_pct", "rating", "note")), JSON, max_size=4
 )
 ROW = st.dictionaries(st.sampled_from(("quantity", "experiment_mean", "deviation_sd", "kind")), JSON, max_size=4)
 

@@ -62,7 +62,7 @@ def test_results_stand_beside_the_experiment_and_energies_are_those_of_the_table
     scatter = f"{peak['experiment_mean']:.0f} ± {peak['experiment_sd']:.0f}"
     verdict = f"{peak['deviation_sd']:+.2f} sd within 1 sd"
     assert rows["peak force [N]"][1:5] == ["5666", scatter, verdict, "tuned"]
-    metrics = dict(tables[f"Curve compared with {METRICS['judged_against']} (reconstructed)"])
+    metrics = dict(tables[f"Curve compared with {METRICS['compared_with']} (reconstructed)"])
     assert metrics["error of the peak force"] == "-2.625 %"
     assert "Tuned: " in page.text()
     assert "Predicted:" not in page.text(page.section("run-1-results"))
@@ -97,6 +97,15 @@ def _paths(fields: dict, source: str, at: str = "") -> list[str]:
         elif isinstance(value, dict):
             found += _paths(value, source, f"{at}{key}.")
     return found
+
+
+def test_an_old_run_with_a_relaxed_limit_states_that_of_the_preset(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run", sets=["solver.max_law_extrapolation=8"])
+    limit = {"name": "solver.max_beyond_law", "value": 8.0, "preset": 5.0, "unit": "%", "accepted": True}
+    edit_json(folder / "summary.json", limits=[limit])
+    page = page_of(folder)
+    text = page.text(page.section("run-1-gates"))
+    assert text.count("8 % (preset 5 %)") == 2 and "limit: solver.max_law_extrapolation = 8 %" in text
 
 
 def test_chart_says_what_the_curve_beside_it_is(tensile: tuple[Path, HtmlPage], tmp_path: Path) -> None:
@@ -175,7 +184,7 @@ def test_nothing_of_a_user_becomes_markup(tmp_path: Path) -> None:
     rows = [{**row, "kind": HOSTILE, "source": HOSTILE} for row in summary["comparison"]]
     results = summary["results"] | {HOSTILE: 1.0}
     edit_json(folder / "summary.json", comparison=rows, refused=[HOSTILE], results=results)
-    edit_json(folder / "comparison.json", curves=[{**METRICS, "judged_against": HOSTILE, "rating": {HOSTILE: HOSTILE}}])
+    edit_json(folder / "comparison.json", curves=[{**METRICS, "compared_with": HOSTILE, "rating": {HOSTILE: HOSTILE}}])
     (folder / f"{HOSTILE.replace('/', '')[:60]}.png").write_bytes((folder / "deformed.png").read_bytes())
     page = page_of(folder)
     assert page.text().count("<script>alert(1)</script>") >= 8

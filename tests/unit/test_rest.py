@@ -35,7 +35,7 @@ def grid(draw_in: float = 0.0) -> YarnModel:
         for at in (-4.0, 0.0, 4.0):
             lift = np.where(np.abs(s) > 5.0, 3.0, 0.0) * [0.0, 0.0, 1.0]
             points = s * along + at * across + lift + [0.0, 0.0, height]
-            chains.append(Chain(points, SECTION, part, draw_in=draw_in if at == 0.0 else 0.0))
+            chains.append(Chain(points, SECTION, part, loop_shortening=draw_in if at == 0.0 else 0.0))
     contact = YarnContact(normal=50.0, tangential=0.0, friction=0.0, damping=0.0)
     model = build_chains(chains, ("warp", "weft", "knit"), contact)
     model.prepare()
@@ -64,7 +64,7 @@ def test_shells_have_none():
 
 def test_numbers_rows_and_the_line_say_the_same():
     numbers = equilibrium_numbers(REST, 4.0, 16.3, 0.01)
-    assert numbers["out_of_balance_pct"] == pytest.approx(0.4) and numbers["draw_in_pct"] == 1.0
+    assert numbers["out_of_balance_pct"] == pytest.approx(0.4) and numbers["loop_shortening_pct"] == 1.0
     rows = dict(equilibrium_rows(numbers))
     assert rows["mean normal force of crossings"] == "knit-knit 0.1, warp-weft 0.4 N"
     assert rows["Munden's Kc"] == "4.00 (relaxed plain knits: 5 to 5.3)"

@@ -47,15 +47,30 @@ def test_a_test_that_nothing_ends_takes_all_its_steps_and_small_models_one_threa
     assert threads_for(SERIAL_BELOW - 1) == 1 and threads_for(SERIAL_BELOW) >= 1
 
 
-def test_seconds_are_those_of_all_specimens_and_units_are_readable():
-    one = Estimate(1000, 4000, 1e-3, 200, 2, 3, 45.0)
-    assert one.seconds == 3.0 and one.as_json()["seconds"] == 3.0 and one.as_json()["steps_at_most"] == 4000
-    assert one.text().startswith(
-        "about 3 s: 3 specimens x 1000 steps of 1 ms (mean of 200 steps) on 2 threads; plus 45 s for"
+def test_seconds_are_the_sum_of_the_stages_that_are_printed():
+    one = Estimate(1000, 4000, 1e-3, 200, 2, 3, 2.0, rest_s=0.5, mounting_steps=1500, growth=2.0, may_restart=True)
+    assert list(one.stages.values()) == [2.0, 0.5, 1.5, 2.0] and one.specimens_s == 18.0
+    assert one.seconds == one.as_json()["seconds"] == 22.0 and one.as_json()["steps_at_most"] == 4000
+    assert one.text() == (
+        "about 22 s on 2 threads: 3 specimens x (geometry 2 s, initial equilibrium 0.5 s, relaxation after mounting "
+        "1.5 s (at most 1500 steps), test 2 s (1000 steps of 1 ms x 2, from 200 steps)), program start, pictures and "
+        "report 4 s; a restart at a lower speed comes on top"
     )
-    assert Estimate(1000, 4000, 1e-3, 200, 2, 3, 45.0, rest_s=0.5).seconds == 4.5
-    for seconds, text in ((89.0, "89 s"), (91.0, "1.5 min"), (5500.0, "1.5 h")):
-        assert Estimate(1, 1, seconds, 1, 1, 1, 0.0).text().startswith(f"about {text}: 1 step")
+    assert Estimate(1, 1, 1.0, 1, 1, 1, 0.0, compiled_s=120.0).text().endswith("; kernels: 2 min, now in the cache")
+
+
+@pytest.mark.parametrize(("seconds", "text"), [(89.0, "89 s"), (91.0, "1.5 min"), (5500.0, "1.5 h")])
+def test_units_of_durations_are_readable(seconds, text):
+    assert model.duration_text(seconds) == text
+
+
+def test_a_frame_of_yarns_has_all_its_stages():
+    """Relaxation before the test and after the mounting, and steps that take longer as contacts move."""
+    run = resolve(test="picture-frame", variant="1", scale="meso", preset="quick", sets=["rig.side=20"])
+    found = model.estimate(run, prepare(run), 0.1)
+    assert found is not None and found.growth > 1.0 and found.mounting_steps == 20000
+    assert all(seconds > 0.0 for seconds in found.stages.values())
+    assert model.estimate(shells(), prepare(shells())).growth == 1.0
 
 
 class Ticking:
@@ -63,7 +78,7 @@ class Ticking:
 
     duration, coordinate, force, mounted_at, averaged_from, marks, locks = 1e9, "x", "f", 0.0, 1e9, (), False
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         return broken
 
 
@@ -76,7 +91,7 @@ def timed(monkeypatch, seconds: float, broken_at: int = 10**9) -> model._TimedRi
     for k in range(1, 1000):
         now[0] += seconds
         model._Stopwatch(brief.times).progress(0.0, 20.0 * k, 0.0, 0.0)
-        if brief.finished(0.0, 0.0, k >= broken_at):
+        if brief.is_finished(0.0, 0.0, k >= broken_at):
             return brief
     raise AssertionError("never over")
 

@@ -10,8 +10,10 @@ from html_page import HtmlPage, near
 from knittest.base.errors import ResourceError
 from knittest.base.figure import new_figure
 from knittest.cli.main import run
+from knittest.config.aliases import OldNameWarning
+from knittest.report_page.files import Reader
 from knittest.report_page.pictures import compress_picture
-from knittest.studies.batch import command
+from knittest.studies.batch import command, page
 from knittest.studies.batch.command import BatchOptions, run_batch
 from knittest.studies.batch.picture import _draw_experiment, _Group, _scale, results_to_draw
 from knittest.studies.batch.plan import SweptField
@@ -97,6 +99,16 @@ def test_report_writes_it_again_and_elsewhere_with_links_that_hold(batch, capsys
     assert next(a.get("href") for a in page.section("runs").iter("a")).startswith("../runs/batch-s/trials/")
     Path("notes.txt").write_text("mine")
     assert run(["report", str(batch), "--out", "notes.txt"]) == 2 and Path("notes.txt").read_text() == "mine"
+
+
+def test_a_sweep_of_an_earlier_version_keeps_the_column_of_a_renamed_field(tmp_path):
+    (tmp_path / "sweep.yaml").write_text("base: {variant: 1}\ngrid: {solver.max_force_free: [9, 8]}\n")
+    table = {"run": [1], "status": ["not run"], "solver.max_force_free": [9.0], "force_n": [2.5]}
+    pd.DataFrame(table).to_csv(tmp_path / "results.csv", index=False)
+    with pytest.warns(OldNameWarning):
+        swept, read = (part(Reader(tmp_path)) for part in (page._swept_fields, page._table))
+    assert [field.name for field in swept] == ["solver.max_force_free_overlap"]
+    assert read["solver.max_force_free_overlap"].tolist() == [9.0] and "force_n" in read
 
 
 def test_damage_costs_its_own_part_only(batch):

@@ -184,11 +184,27 @@ def test_parallel_runs_and_resumed_ones_report_themselves(kind) -> None:
     with Progress(stream=stream, clock=clock) as progress:
         progress.phase("weft: running in parallel")
         store: Any = SimpleNamespace(interval=1.0)
-        Watcher(store, 0, "warp", True, progress, print).resumed(0.637, 5.2)
+        Watcher(store, 0, "warp", True, progress, print).report_resume(0.637, 5.2)
         clock.now += 3.0
         progress.report_done("weft, beside", 75.31)
     assert "weft, beside: done in 75.3 s" in stream.getvalue() and "running in parallel: done" not in stream.getvalue()
     assert "warp: resumed at 5.2 ms, 64 % of the test" in stream.getvalue()
+
+
+@STREAMS
+def test_an_attempt_that_restarts_is_not_done(kind) -> None:
+    stream, clock = kind(), Clock()
+    store: Any = SimpleNamespace(interval=1.0, drop=lambda specimen: None)
+    with Progress(stream=stream, clock=clock, interval=0.0) as progress:
+        watcher = Watcher(store, 0, "warp", False, progress, lambda *_, **__: None)
+        watcher.phase("running")
+        watcher.progress(0.4, 1.0, 0.1, 0.2)
+        watcher.restarts(0.5, "kinetic energy 9 % exceeds the limit; restart at 1 m/s")
+        watcher.phase("running")
+        clock.now += 7.0
+    said = plain(stream)
+    assert "warp: kinetic energy 9 % exceeds the limit; restart at 1 m/s" in said and "100 %" not in said
+    assert said.count("done") == 1 and "warp, attempt 2: running: done in 7.0 s" in said
 
 
 @dataclass(frozen=True)

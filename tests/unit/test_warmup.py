@@ -81,6 +81,13 @@ def test_preflight_says_where_the_area_mass_comes_from() -> None:
     assert any("(user 800 g/m2)" in line for line in model_lines(run, model_facts(run, prepare(run))))
 
 
+def test_preflight_states_the_loop_shortening_with_its_unit() -> None:
+    sets = ["rig.width=20", "rig.gauge_length=20", "fabric.knitting.loop_shortening=1"]
+    run = resolve(variant="1", scale="meso", preset="quick", direction="warp", sets=sets)
+    specimen = model_lines(run, model_facts(run, prepare(run)))[1]
+    assert specimen.endswith("loop shortening 1 %") and ", width 17.8571 mm, gauge 21.4286 mm, area " in specimen
+
+
 def test_nothing_is_cached_without_a_folder(said, monkeypatch: pytest.MonkeyPatch) -> None:
     for module in (compilation, compilation):
         monkeypatch.setattr(module, "CODE_FOLDER", None)

@@ -147,5 +147,5 @@ def test_a_position_that_is_not_finite_is_named_and_not_searched():
     """Its cell would lie anywhere in the memory."""
     body, upper = pair(along(0), along(1, 0.4), YarnContact(NORMAL, TANGENTIAL, 0.2))
     body.model.nodes.position[1, upper[3]] = np.nan
-    with pytest.raises(NumericalError, match="node 24 of yarn yarn 2 is not finite"):
+    with pytest.raises(NumericalError, match="node 24 of yarn 2 is not finite"):
         body.model.prepare()

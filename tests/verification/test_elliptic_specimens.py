@@ -24,7 +24,7 @@ def strip(folder, more):
 def test_a_strip_of_ellipses_breaks_as_one_of_circles(tmp_path):
     """The inlays carry the force, and their sections only press the loops."""
     flat, circle = strip(tmp_path / "flat", ellipses()), strip(tmp_path / "round", {})
-    assert flat.gates.passed, flat.gates.refused
+    assert flat.quality_checks.passed, flat.quality_checks.refused
     for name, share in (("peak_force_n", 0.005), ("fracture_strain_pct", 0.01)):
         assert flat.results[name] == pytest.approx(circle.results[name], rel=share)
     assert flat.summary["rest"]["thickness_mm"] < 0.95 * circle.summary["rest"]["thickness_mm"]
@@ -33,7 +33,7 @@ def test_a_strip_of_ellipses_breaks_as_one_of_circles(tmp_path):
 def test_a_strip_of_all_fibres_breaks_as_one_of_circles_too(tmp_path):
     """Its loops bend along the sections; taut inlays do not change by it. It was refused."""
     flat, circle = strip(tmp_path / "all", ALL), strip(tmp_path / "round", {})
-    assert flat.gates.passed, flat.gates.refused
+    assert flat.quality_checks.passed, flat.quality_checks.refused
     for name, share in (("peak_force_n", 0.01), ("fracture_strain_pct", 0.03)):
         assert flat.results[name] == pytest.approx(circle.results[name], rel=share)
 
@@ -44,6 +44,6 @@ def test_a_frame_of_ellipses_passes_its_gates_and_is_stiffer(tmp_path):
         knittest.picture_frame("2", set=FRAME | more, out=tmp_path / name, **QUIET)
         for name, more in (("flat", ellipses()), ("round", {}))
     )
-    assert flat.gates.passed, flat.gates.refused
+    assert flat.quality_checks.passed, flat.quality_checks.refused
     force = [run.results["shear_force_n_at_deg"]["10"] for run in (flat, circle)]
     assert 1.05 < force[0] / force[1] < 1.2

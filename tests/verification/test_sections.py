@@ -43,7 +43,7 @@ def test_an_even_curvature_makes_an_arc():
     """Nodes at height h lie on the circle of radius 1 / k + h; turns are k s; what is held stays."""
     flat, curvature = strip(), 1e-2
     sections = Sections(flat, np.ones(len(flat)), LENGTH)
-    position, turn = sections.turned(flat, np.full(len(sections.arc), curvature))
+    position, turn = sections.turn(flat, np.full(len(sections.arc), curvature))
     held = flat[:, 1] <= 0.0
     assert (position[held] == flat[held]).all()
     free = (flat[:, 1] > 5.0) & (flat[:, 1] < LENGTH - 5.0)

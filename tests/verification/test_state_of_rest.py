@@ -45,7 +45,7 @@ def test_overlapping_yarns_press_by_all_of_it_or_not_at_all(pressed, force):
 def test_a_yarn_drawn_in_between_fixed_ends_pulls_by_its_law():
     """N = EA p / (1 - p) at a rest length shorter by p, and no more than its strain in the energy."""
     share = 0.03
-    body = Body.of_chains([Chain(np.column_stack([LINE, 0.0 * LINE, 0.0 * LINE]), CARD, draw_in=share)])
+    body = Body.of_chains([Chain(np.column_stack([LINE, 0.0 * LINE, 0.0 * LINE]), CARD, loop_shortening=share)])
     model = body.model
     assert isinstance(model, YarnModel) and model.prestressed
     force = axial_state(model.nodes, model.parts, model.beams)[1][: len(LINE) - 1]

@@ -48,7 +48,7 @@ def test_exported_tools_come_back_as_they_were(by_dimensions, tmp_path):
 @pytest.fixture
 def files(tmp_path: Path, by_dimensions: ToolSet) -> tuple[StlTool, StlTool]:
     stamp, die = by_dimensions.stamp.solid, by_dimensions.die.solid
-    return write(tmp_path / "stamp.stl", stamp), write(tmp_path / "die.stl", die.moved((0.0, 0.0, 77.0)))
+    return write(tmp_path / "stamp.stl", stamp), write(tmp_path / "die.stl", die.with_offset((0.0, 0.0, 77.0)))
 
 
 def skin(mesh: TriangleMesh, touched: np.ndarray) -> TriangleMesh:
@@ -82,7 +82,7 @@ def test_files_of_shaped_tools_give_the_same_tools(files, by_dimensions):
 def test_inverted_files_and_patches_are_turned(files, by_dimensions, tmp_path):
     stamp = by_dimensions.stamp.solid
     patch = np.arange(len(stamp.triangles)) < 40
-    write(tmp_path / "stamp.stl", stamp.turned(~patch))
+    write(tmp_path / "stamp.stl", stamp.with_reversed_triangles(~patch))
     found = built(*files)
     compare(found, by_dimensions, 0.17)
     assert "stamp: stamp.stl: 40 triangles with another orientation than their neighbours were flipped" in found.notes
@@ -97,7 +97,7 @@ def test_skins_become_bodies_away_from_the_fabric(files, by_dimensions, tmp_path
     plate = skin(die, (np.abs(die.points[:, :2]) < 184.0).all(axis=1) | (die.points[:, 2] > -2.0))
     plate = skin(plate, plate.points[:, 2] > die.points[:, 2].min() + 1e-6)
     for name, mesh in (("stamp", cup), ("die", plate)):
-        write(tmp_path / f"{name}.stl", mesh.turned() if turned else mesh)
+        write(tmp_path / f"{name}.stl", mesh.with_reversed_triangles() if turned else mesh)
     found = built(*files)
     assert sum("an open surface" in note for note in found.notes) == 2
     assert sum("inwards" in note for note in found.notes) == 2 * turned
@@ -128,7 +128,7 @@ def test_files_that_are_no_tools_are_refused(files, by_dimensions, tmp_path):
     wall = TriangleMesh(np.array([[0.0, 0, 0], [50, 0, 0], [50, 0, 50], [0, 0, 50]]), np.array([[0, 1, 2], [0, 2, 3]]))
     for mesh, message in (
         (
-            stamp.moved((0, 0, 0), 1e-3),
+            stamp.with_offset((0, 0, 0), 1e-3),
             r"stamp\.stl: size 0\.1 mm on a blank of 330 mm; .* set scale: 10 for centimetres, 25\.4",
         ),
         (TriangleMesh(stamp.points, fin), r"stamp\.stl: more than two triangles meet at 1 edges"),
@@ -169,7 +169,7 @@ def solid_angles(mesh: TriangleMesh, points: np.ndarray) -> np.ndarray:
 
 def test_signs_of_samples_are_those_of_the_solid_angle(by_dimensions):
     """An independent way to tell inside from outside, at samples of a body whose edges lie along the axes too."""
-    mesh = by_dimensions.die.solid.moved((0.0, 0.0, 0.0), 0.1)
+    mesh = by_dimensions.die.solid.with_offset((0.0, 0.0, 0.0), 0.1)
     tool = surface(mesh.points, mesh.triangles, 0.4)
     rng = np.random.default_rng(6)
     index = np.column_stack([rng.integers(0, n, 100) for n in tool.samples.shape])
@@ -183,7 +183,7 @@ def test_signs_of_samples_are_those_of_the_solid_angle(by_dimensions):
 def test_a_surface_that_runs_through_itself_is_one_body(by_dimensions):
     """Two spheres into each other: the distance of their union outside of it."""
     stamp = by_dimensions.stamp.solid
-    both = np.concatenate([stamp.points, stamp.moved((30.0, 0.0, 0.0)).points])
+    both = np.concatenate([stamp.points, stamp.with_offset((30.0, 0.0, 0.0)).points])
     tool = surface(both, np.concatenate([stamp.triangles, stamp.triangles + len(stamp.points)]), 2.0)
     place = tool.position + 2.0 * np.argwhere(tool.samples > 0.0)
     place = place[place[:, 2] < 40.0]

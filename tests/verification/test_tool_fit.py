@@ -57,7 +57,7 @@ def by_files(meshes: Meshes, folder: Path, stroke: Stroke = STROKE, **fields: ob
 
 
 def turned(meshes: Meshes, rotation: tuple[float, float, float], names: tuple[str, ...] = ALL) -> Meshes:
-    return {name: mesh.rotated(rotation) if name in names else mesh for name, mesh in meshes.items()}
+    return {name: mesh.with_rotation(rotation) if name in names else mesh for name, mesh in meshes.items()}
 
 
 def mended(tools: ToolSet, stroke: Stroke = STROKE) -> tuple[str, ToolSet]:
@@ -112,7 +112,7 @@ def test_files_give_the_numbers_of_the_dimensions(meshes, tmp_path):
 
 def test_there_are_24_axis_rotations():
     axes = TriangleMesh(np.eye(3), np.array([[0, 1, 2]]))
-    matrices = {axes.rotated(r).points.round().tobytes() for r in axis_rotations()}
+    matrices = {axes.with_rotation(r).points.round().tobytes() for r in axis_rotations()}
     assert len(matrices) == len(axis_rotations()) == 24 and axis_rotations()[0] == (0.0, 0.0, 0.0)
 
 
@@ -161,15 +161,17 @@ MISFITS = {
         "rig.stamp.stl.path={1}/die.stl rig.die.stl.path={1}/stamp.stl",
     ),
     "a stamp beside the opening": (
-        lambda meshes: {"stamp": meshes["stamp"].moved((20.0, 0.0, 0.0))}, "at least the fabric's thickness, 2.2 mm",
+        lambda meshes: {"stamp": meshes["stamp"].with_offset((20.0, 0.0, 0.0))},
+        "at least the fabric's thickness, 2.2 mm",
         X.format(20.0),
     ),
     "a stamp off centre": (
-        lambda meshes: {"stamp": meshes["stamp"].moved((4.5, 0.0, 0.0))}, "at least the fabric's thickness, 2.2 mm",
+        lambda meshes: {"stamp": meshes["stamp"].with_offset((4.5, 0.0, 0.0))},
+        "at least the fabric's thickness, 2.2 mm",
         X.format(4.5),
     ),
     "a die in another unit": (
-        lambda meshes: {"die": meshes["die"].moved((0.0, 0.0, 0.0), 0.1)}, "The stamp", "rig.die.stl.scale=10",
+        lambda meshes: {"die": meshes["die"].with_offset((0.0, 0.0, 0.0), 0.1)}, "The stamp", "rig.die.stl.scale=10",
     ),
 }  # fmt: skip
 
@@ -183,7 +185,7 @@ def test_files_that_do_not_fit_are_rejected(meshes, tmp_path, kind):
 def test_a_set_beyond_the_blank_is_rejected_with_the_unit(meshes, tmp_path, monkeypatch):
     """The opening of a die ten times too large lies beside the blank: there is nothing to sample."""
     monkeypatch.chdir(tmp_path)
-    sets = settings(tmp_path, {name: mesh.moved((0.0, 0.0, 0.0), 10.0) for name, mesh in meshes.items()})
+    sets = settings(tmp_path, {name: mesh.with_offset((0.0, 0.0, 0.0), 10.0) for name, mesh in meshes.items()})
     run = resolve(variant="1", scale="macro", test="forming", preset="quick", sets=sets)
     advice = " ".join(f"--set rig.{name}.stl.scale=0.1" for name in ALL)
     with pytest.raises(InputError, match=r"lies where the fabric cannot touch it.*The tools fit with " + advice):
@@ -192,7 +194,7 @@ def test_a_set_beyond_the_blank_is_rejected_with_the_unit(meshes, tmp_path, monk
 
 def test_files_far_too_small_are_rejected_with_the_units(meshes, tmp_path):
     with pytest.raises(InputError, match=r"size 0\.05\d+ mm on a blank of 120 mm; .* 1000 for metres"):
-        by_files({name: mesh.moved((0.0, 0.0, 0.0), 1e-3) for name, mesh in meshes.items()}, tmp_path)
+        by_files({name: mesh.with_offset((0.0, 0.0, 0.0), 1e-3) for name, mesh in meshes.items()}, tmp_path)
 
 
 def cup(inner: float, outer: float, deep: float, floor: float) -> TriangleMesh:
@@ -207,7 +209,7 @@ def cup(inner: float, outer: float, deep: float, floor: float) -> TriangleMesh:
         a, b = np.roll(low, -1, axis=0), np.roll(high, -1, axis=0)
         parts += [np.stack([low, high, a], axis=1), np.stack([a, high, b], axis=1)]
     mesh = TriangleMesh.from_corners(parts)
-    return mesh if mesh.volume > 0.0 else mesh.turned()
+    return mesh if mesh.volume > 0.0 else mesh.with_reversed_triangles()
 
 
 @pytest.fixture(scope="module")
@@ -226,7 +228,7 @@ def test_a_die_with_a_floor_is_a_cavity(dome, tmp_path):
 
 
 def test_a_closed_cavity_upside_down_is_rejected(dome, tmp_path):
-    die = cup(21.0, 55.0, 20.0, 10.0).rotated((180.0, 0.0, 0.0))
+    die = cup(21.0, 55.0, 20.0, 10.0).with_rotation((180.0, 0.0, 0.0))
     assert_mended(by_files({"stamp": dome, "die": die}, tmp_path), "they overlap", "rig.die.stl.rotation=[180,0,0]")
 
 
@@ -238,7 +240,7 @@ def test_an_open_surface_upside_down_is_rejected(dome, tmp_path):
                         (solid.points[solid.triangles][:, :, 2].max(axis=1) > -20.5)])  # fmt: skip
     upright = by_files({"stamp": dome, "die": skin}, tmp_path)
     assert "open surface" in " ".join(upright.notes) and measure_fit(upright, STROKE).problems == ()
-    tools = by_files({"stamp": dome, "die": skin.rotated((180.0, 0.0, 0.0))}, tmp_path)
+    tools = by_files({"stamp": dome, "die": skin.with_rotation((180.0, 0.0, 0.0))}, tmp_path)
     assert_mended(tools, "stamp", "rig.die.stl.rotation=[180,0,0]")
 
 

@@ -43,7 +43,7 @@ def _read_specimen(r: Recording) -> BiasSpecimen:
     part = r.find(STANDARD) if "travel" in r.values and r.is_kind(r.columns["travel"], "standard") else None
     if part is not None and not sizes_agree(part, length):
         both = f"{part:g} mm, the clamps {length:g} mm"
-        raise InputError(f"{r.where}: the standard travel has a gauge length of {both}: keep the right one")
+        raise InputError(f"{r.place}: the standard travel has a gauge length of {both}: keep the right one")
     try:
         strip = BiasStrip(length, width)
     except InputError as error:

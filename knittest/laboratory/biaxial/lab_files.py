@@ -27,8 +27,8 @@ def _read_specimen(r: Recording) -> BiaxialSpecimen:
     axes = [r.table.names[k] for k in r.table.columns_of_roles("force") if r.is_kind(k, "axis")]
     if len(axes) > 1:
         raise InputError(
-            f"{r.table.where}: columns {axes[0]!r} and {axes[1]!r} are of two directions; name force and travel of "
-            f'the tested direction, such as --column force="{axes[0]}"'
+            f"{r.table.header_place}: columns {axes[0]!r} and {axes[1]!r} are of two directions; name force and travel "
+            f'of the tested direction, such as --column force="{axes[0]}"'
         )
     return BiaxialSpecimen(**vars(read_strip(r)), ratio=r.require(RATIO)[0])
 

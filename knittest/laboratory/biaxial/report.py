@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -57,6 +58,10 @@ class BiaxialReport(SizeFreeReport[BiaxialRun], FabricReport[BiaxialRun]):
         for row in rows:
             _check_ratio(run, row.conditions, f"{row.file}: {row.quantity}", "a row strain_ratio")
         return list(rows)
+
+    def conditions(self, run: BiaxialRun) -> Conditions:
+        """Also the ratio of the strains."""
+        return replace(super().conditions(run), strain_ratio=run.rig.ratio)
 
     def scale_curve(self, run: BiaxialRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Force per width; raises :class:`InputError` for another test, direction or ratio of the strains."""

@@ -58,7 +58,7 @@ class BiaxialTest(TestRig):
             "cross_force_n_per_mm": other,
         }
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """End after a failure, when the force has fallen to a share of its peak or the shells failed across it."""
         return broken and (self.ends_at_break or force < self.stop_ratio * peak)
 

@@ -67,10 +67,10 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
 class CantileverOrigin(Origin[CantileverRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
-    def given(self, run: CantileverRun) -> tuple[str, ...]:
+    def given_results(self, run: CantileverRun) -> tuple[str, ...]:
         """The overhang, in the mode angle."""
         return ("overhang_mm",) if run.rig.mode == "angle" else ()
 
-    def fed(self, run: CantileverRun) -> RowKind:
+    def input_row_kind(self, run: CantileverRun) -> RowKind:
         """Tuned in the mode overhang: the input bending stiffness follows from it by Eq. 2."""
         return "tuned" if run.rig.mode == "overhang" else "input"

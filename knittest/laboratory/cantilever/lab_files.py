@@ -51,7 +51,7 @@ def _read_strips(path: Path, given: ReadOptions) -> list[OverhangReadings]:
         which = r.table.columns_of_roles("overhang")
         if not which:
             raise InputError(
-                f"{r.table.where}: a bending length is half the overhang at 41.5 deg: give overhang lengths"
+                f"{r.table.header_place}: a bending length is half the overhang at 41.5 deg: give overhang lengths"
             )
         (mass,), angle, width = r.require(AREA_MASS), r.find(PLANE_ANGLE), r.find(WIDTH)
         angle = STANDARD_ANGLE if angle is None else angle
@@ -105,7 +105,7 @@ def _results(strips: Sequence[OverhangReadings]) -> Results:
     refuse_outliers(strips, overhang, "overhang", "mm")
     for s in strips:
         check_within_bounds(
-            s.stiffness, MacroMaterial, "bending_stiffness", f"{s.where}: bending stiffness {s.stiffness:g} N mm"
+            s.stiffness, MacroMaterial, "bending_stiffness", f"{s.place}: bending stiffness {s.stiffness:g} N mm"
         )
     found = dict(zip(HEADS, (overhang, stiffness), strict=False))
     if all(s.width is not None for s in strips):

@@ -61,7 +61,7 @@ class Sections:
         """Turn [rad] of each section by the ``curvature`` [1/mm] up to it, (n_sections,)."""
         return np.append(0.0, np.cumsum(0.5 * self.arc[1] * (curvature[1:] + curvature[:-1])))
 
-    def turned(self, position: Array, curvature: Array) -> tuple[Array, Array]:
+    def turn(self, position: Array, curvature: Array) -> tuple[Array, Array]:
         """Positions (n, 3) [mm] and turns downwards (n,) [rad] of nodes after rigid sections bent by ``curvature``."""
         turn = self._turns(curvature)
         before = self.centres(position)

@@ -127,7 +127,7 @@ class _StripRelaxation:
         """Bend the sections by a ``curvature`` [1/mm], (n_sections,)."""
         model = self.prepared.model
         n = model.n_nodes
-        position, turn = self.sections.turned(model.position(), curvature)
+        position, turn = self.sections.turn(model.position(), curvature)
         model.nodes.position[:, :n] = position.T
         model.nodes.rotation[:, :n] = rotate_about_x(model.nodes.rotation[:, :n], -turn)
 

@@ -91,7 +91,7 @@ class CellTest(TestRig):
         """Share of the path at ``time`` [ms]."""
         return min(self.progress.integral(time), 1.0)
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """End at the largest pressure, when a yarn is torn, or at the end of the run on its path."""
         return self.torn or self.has_arrived or (self.pressed and force >= self.most)
 

@@ -46,17 +46,17 @@ def _read_piece(r: Recording) -> PressedPiece:
     count, (low, high), (thin, thick) = np.count_nonzero(pressure > 0.0), REACHED, THICKNESSES
     if count < 3 or not low <= pressure[-1] <= high:
         raise InputError(
-            f"{r.where}: {count} rows up to {pressure[-1]:.4g} kPa; expected 3 or more, up to {low:g} to {high:g} "
+            f"{r.place}: {count} rows up to {pressure[-1]:.4g} kPa; expected 3 or more, up to {low:g} to {high:g} "
             "kPa: check the unit of the pressure"
         )
     if not thin <= thickness.min() <= thickness.max() <= thick:
         raise InputError(
-            f"{r.where}: thickness {thickness.min():.4g} to {thickness.max():.4g} mm; expected {thin:g} to {thick:g} "
+            f"{r.place}: thickness {thickness.min():.4g} to {thickness.max():.4g} mm; expected {thin:g} to {thick:g} "
             "mm: check the unit of the thickness"
         )
     if thickness[-1] >= thickness[0]:
         raise InputError(
-            f"{r.where}: {thickness[0]:.4g} mm at the start and {thickness[-1]:.4g} mm at {pressure[-1]:.4g} kPa; "
+            f"{r.place}: {thickness[0]:.4g} mm at the start and {thickness[-1]:.4g} mm at {pressure[-1]:.4g} kPa; "
             "expected the distance of the plates, which falls, not their travel"
         )
     return PressedPiece(**origin, pressure=pressure, thickness=thickness)

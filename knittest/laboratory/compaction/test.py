@@ -79,7 +79,7 @@ class CompactionTest(TestRig):
             "upper_force_n": float(upper[2]),
         }
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """End at the pressure."""
         return force >= self.most
 

@@ -132,7 +132,7 @@ DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 class FormingOrigin(Origin[FormingRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
-    def assumed(self, run: FormingRun) -> tuple[str, ...]:
+    def assumed_inputs(self, run: FormingRun) -> tuple[str, ...]:
         """Assumed numbers of the fabric, also those behind derived in-plane bending, and assumed friction of tools."""
         bending, found = run.fabric.macro.in_plane_bending, []
         for direction in DIRECTIONS:
@@ -143,4 +143,4 @@ class FormingOrigin(Origin[FormingRun]):
                 and (names := assumed_fields(run.fabric, fields))
             ):
                 found.append(f"macro.in_plane_bending.{direction} (from {' and '.join(names)})")
-        return (*super().assumed(run), *found, *assumed_friction(run))
+        return (*super().assumed_inputs(run), *found, *assumed_friction(run))

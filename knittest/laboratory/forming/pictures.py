@@ -203,7 +203,7 @@ def _draw_space(axes: "Axes3D", tools: ToolSet) -> None:
     towards = [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)]
     ends = []
     for level, name in enumerate(sorted(tools.by_name, key=lambda name: LIFT[name])):
-        solid = tools.by_name[name].solid.moved((0.0, 0.0, LIFT[name]))
+        solid = tools.by_name[name].solid.with_offset((0.0, 0.0, LIFT[name]))
         ends.append(solid.points)
         seen = solid.normals @ towards > 0.0
         normal = solid.normals[seen] / np.linalg.norm(solid.normals[seen], axis=1)[:, None]

@@ -29,7 +29,7 @@ class CheckedTools:
         found = [
             f"stamp enters the die's opening by {fit.depth:.3g} mm of {fit.asked:g} mm",
             f"smallest clearance of stamp and die {fit.die.size:.3g} mm (fabric {fit.thickness:.3g} mm)",
-            f"  {fit.die.where}",
+            f"  {fit.die.place_text}",
         ]
         if fit.holder is not None:
             found.append(f"smallest clearance of stamp and holder {fit.holder.size:.3g} mm")

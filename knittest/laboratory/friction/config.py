@@ -85,7 +85,7 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
 class FrictionOrigin(Origin[FrictionRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
-    def assumed(self, run: FrictionRun) -> tuple[str, ...]:
+    def assumed_inputs(self, run: FrictionRun) -> tuple[str, ...]:
         """Coefficients of the other direction, or of the paper's fabrics."""
         return assumed_friction(run)
 

@@ -55,14 +55,14 @@ def _read_specimen(r: Recording) -> FrictionSpecimen:
     force = r.values["force"] if "force" in r.values else r.values["coefficient"] * normal
     travel = checks.to_rising_travel(r.travel(), given.sign)
     rows, _ = checks.first_loading(travel)
-    way_out = checks.to_tension_force(force[: rows[-1] + 1], given.sign, r.where)
+    way_out = checks.to_tension_force(force[: rows[-1] + 1], given.sign, r.place)
     travel, force, largest = travel[rows] - travel[0], way_out[rows], np.maximum.reduceat(way_out, rows)
     if len(travel) < 3 or not TRAVELS[0] <= travel[-1] <= TRAVELS[1]:
         raise InputError(
-            f"{r.where}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm; expected at least 3, over "
+            f"{r.place}: {len(travel)} rows over a travel of {travel[-1]:.4g} mm; expected at least 3, over "
             f"{TRAVELS[0]:g} to {TRAVELS[1]:g} mm: check the unit of the travel"
         )
-    free = checks.remove_preload(force, given.preload, r.where)
+    free = checks.remove_preload(force, given.preload, r.place)
     if "coefficient" in r.values:
         faces = "both faces together" if given.faces == 2 else "one face"
         origin["notes"] += (

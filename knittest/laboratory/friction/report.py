@@ -9,7 +9,7 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.figure import GREY, new_figure, save
 from knittest.base.history import Array, Body, Specimen
-from knittest.experiment.conditions import values_agree
+from knittest.experiment.conditions import Conditions, values_agree
 from knittest.experiment.curves import ReferenceCurve
 from knittest.experiment.tables import PublishedValue, rejected_row_lines, with_note
 from knittest.export.line_picture import Level
@@ -92,6 +92,10 @@ class FrictionReport(SizeFreeReport[FrictionRun], FabricReport[FrictionRun]):
         unknown = "under an unknown normal force (no row normal_force_n)"
         forces = [row for row in rows if row.quantity.startswith("pull_force")]
         return rejected_row_lines((row, "" if row.conditions.normal_force_n else unknown) for row in forces)
+
+    def conditions(self, run: FrictionRun) -> Conditions:
+        """Also the normal force."""
+        return replace(super().conditions(run), normal_force_n=run.rig.normal_force_n)
 
     def scale_curve(self, run: FrictionRun, curve: ReferenceCurve) -> ReferenceCurve:
         """``curve``; raises :class:`InputError` for one under another or an unknown normal force."""

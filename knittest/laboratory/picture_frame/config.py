@@ -96,7 +96,7 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
 class PictureFrameOrigin(Origin[PictureFrameRun]):
     """See :class:`knittest.experiment.origin.Origin`."""
 
-    def fed(self, run: PictureFrameRun) -> RowKind:
+    def input_row_kind(self, run: PictureFrameRun) -> RowKind:
         """Kind of the shear law that the shells return."""
         source = run.fabric.macro.shear.source
         return "predicted" if source == "predicted" else "tuned" if source == "tuned" else "input"

@@ -83,7 +83,7 @@ def _read_specimen(r: Recording) -> FrameSpecimen:
     if loading == "first" or (loading is None and not one.turned):
         return one
     try:
-        cycles, turns = cycles_in(angle, force, side, r.where), angle[_turn_rows(angle)[1::2]]
+        cycles, turns = cycles_in(angle, force, side, r.place), angle[_turn_rows(angle)[1::2]]
         return replace(one, cycles=cycles, turn=float(turns.mean()))
     except InputError as error:
         if loading is None:
@@ -177,10 +177,10 @@ def _cycle_rows(
         if len(s.cycles) != len(first.cycles):
             reason = f" ({s.cycle_problem})" if s.cycle_problem else ""
             others = f"specimen {first.name} has {len(first.cycles)}"
-            raise InputError(f"{s.where}: {len(s.cycles)} cycles{reason}, {others}: {alone}")
+            raise InputError(f"{s.place}: {len(s.cycles)} cycles{reason}, {others}: {alone}")
         if abs(s.turn - first.turn) > SAME_TURN * first.turn:
             others = f"those of specimen {first.name} at {first.turn:.4g} deg"
-            raise InputError(f"{s.where}: cycles turn at {s.turn:.4g} deg, {others}: {alone}")
+            raise InputError(f"{s.place}: cycles turn at {s.turn:.4g} deg, {others}: {alone}")
     area, each = np.array([(fabric / s.fabric_side) ** 2 for s in frames]), [s.cycles[0] for s in frames]
     work, loss, share, residual = np.array([[one.work, one.loss, one.share, one.residual] for one in each]).T
     rows = {WORK: area * work, LOSS: area * loss, SHARE: share}

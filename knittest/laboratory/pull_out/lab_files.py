@@ -75,11 +75,11 @@ def _read_specimen(r: Recording) -> PullOutSpecimen:
     travel, tail = _travels(r)
     rows, _ = checks.first_loading(travel)
     travel, tail = travel[rows] - travel[0], tail[rows]
-    force = checks.to_tension_force(r.values["force"][rows], r.given.sign, r.where)
-    _check_free_end(travel, tail, r.where)
+    force = checks.to_tension_force(r.values["force"][rows], r.given.sign, r.place)
+    _check_free_end(travel, tail, r.place)
     tail = np.maximum.accumulate(np.maximum(tail, 0.0))
     lets_go = force_at_slide(tail, force)  # a small part of the largest
-    force = checks.remove_preload(force, r.given.preload, r.where, ("the inlay begins to slide at", lets_go))
+    force = checks.remove_preload(force, r.given.preload, r.place, ("the inlay begins to slide at", lets_go))
     measured, edges = "free_end" in r.values, r.given.clamped
     one = PullOutSpecimen(
         **origin, tail=tail, force=force, length=length, density=density, clamped=edges, measured=measured
@@ -88,7 +88,7 @@ def _read_specimen(r: Recording) -> PullOutSpecimen:
     before, after = (float(force[rows].mean()) if rows.any() else 0.0 for rows in (held, out))
     if after > GONE * before:
         raise InputError(
-            f"{one.where}: {after:.3g} N where all {length:g} mm are out, {before:.3g} N before; expected about 0: "
+            f"{one.place}: {after:.3g} N where all {length:g} mm are out, {before:.3g} N before; expected about 0: "
             f"check {EMBEDDED.option} and the unit of the travel"
         )
     tail, force = tail[held], force[held]
@@ -96,7 +96,7 @@ def _read_specimen(r: Recording) -> PullOutSpecimen:
     start, end = (each[rows].mean() for rows in (tail <= one.pitch, tail >= tail[-1] - one.pitch))
     if not one.measured and end < GONE * start:  # the free end need not have moved with the clamp
         raise InputError(
-            f"{one.where}: the force falls from {start:.3g} to {end:.3g} N per crossing. If the yarn broke or slipped "
+            f"{one.place}: the force falls from {start:.3g} to {end:.3g} N per crossing. If the yarn broke or slipped "
             "out of its clamp, remove the rows after that, or add the travel of the free end"
         )
     return replace(one, tail=tail, force=force)
@@ -107,18 +107,18 @@ def _travels(r: Recording) -> tuple[Array, Array]:
     way, end, zero, factor = r.travel(), r.values.get("free_end"), r.given.zero, r.factors["travel"]
     if end is not None:
         if zero is not None:
-            raise InputError(f"{r.where}: --zero: not used with a column of the free end, {r.title('free_end')!r}")
+            raise InputError(f"{r.place}: --zero: not used with a column of the free end, {r.title('free_end')!r}")
         return checks.to_rising_travel(way, r.given.sign), checks.to_rising_travel(end - end[0], "negative")
     if zero is None:
         raise InputError(
-            f"{r.where}: no column of the free end, and the travel of the clamp includes slack and stretch of the "
+            f"{r.place}: no column of the free end, and the travel of the clamp includes slack and stretch of the "
             "yarn: give --zero, the displacement at which the free end begins to move, in the column's unit"
         )
     *moved, begins = checks.to_rising_travel(np.append(way, zero * factor), r.given.sign)
     travel = np.array(moved)
     if not travel[0] <= begins < travel.max():
         raise InputError(
-            f"{r.where}: --zero {zero:g}: expected a displacement of the file, {way[0] / factor:g} to "
+            f"{r.place}: --zero {zero:g}: expected a displacement of the file, {way[0] / factor:g} to "
             f"{way[int(np.argmax(travel))] / factor:g}"
         )
     return travel, np.maximum(travel - begins, 0.0)
@@ -170,7 +170,7 @@ def _evaluate_pull(one: PullOutSpecimen, end: float) -> SlidingForces:
     found = replace(found, force_at_rest=force_at_slide(one.tail, one.force))
     if not np.isfinite(found.mean):
         raise InputError(
-            f"{one.where}: the common slide of all inlays is {found.way:.3g} mm; expected at least the distance of the "
+            f"{one.place}: the common slide of all inlays is {found.way:.3g} mm; expected at least the distance of the "
             f"crossings, {one.pitch:.3g} mm: check the unit of the travel and {EMBEDDED.option}"
         )
     each = (found.force_at_rest * one.pitch / one.length, found.per_crossing)

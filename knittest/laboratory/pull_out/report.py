@@ -125,6 +125,14 @@ class PullOutReport(SizeFreeReport[PullOutRun], FabricReport[PullOutRun]):
         """Rows of a piece that was clamped or cut otherwise."""
         return rejected_row_lines((row, pull_mismatch(run, row)) for row in rows)
 
+    def conditions(self, run: PullOutRun) -> Conditions:
+        """Also of the piece."""
+        density, edges = 100.0 / pitch(run, run.rig.direction), EDGES[run.rig.clamped_edges]
+        return replace(
+            super().conditions(run), embedded_length_mm=embedded_length(run), crossing_density_per_100_mm=density,
+            clamped_edges=edges,
+        )  # fmt: skip
+
     def scale_curve(self, run: PullOutRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Curve for the embedded length of the run; raises :class:`InputError` for another piece."""
         reason = piece_mismatch(run, curve.conditions) or length_mismatch(run, curve.conditions)

@@ -11,7 +11,7 @@ from knittest.base.files import data_dir
 from knittest.base.history import Body, Specimen
 from knittest.base.kinds import kinds
 from knittest.experiment.comparison import UNRATED
-from knittest.experiment.conditions import EXACT
+from knittest.experiment.conditions import EXACT, Conditions
 from knittest.experiment.curves import ReferenceCurve, add_note, load_curve
 from knittest.experiment.curves import scale_to_width as strip_force
 from knittest.experiment.origin import borrowed_curves
@@ -96,6 +96,12 @@ class TensileReport(FabricReport[TensileRun]):
         source = f"{curve.source}; assumed: of {owner}" if owner else curve.source
         given = replace(curve, kind="input", source=source)
         return add_note(given, f"the input of the macro model is itself {curve.kind}")
+
+    def conditions(self, run: TensileRun) -> Conditions:
+        """Also the size of the strip."""
+        return replace(
+            super().conditions(run), strip_width_mm=run.rig.width_mm, gauge_length_mm=run.rig.gauge_length_mm
+        )
 
     def scale_curve(self, run: TensileRun, curve: ReferenceCurve) -> ReferenceCurve:
         """Force [N] for the width of the run; strain is relative, and a note states another gauge length."""

@@ -62,7 +62,7 @@ class TensileTest(TestRig):
         travel = self.pull.integral(time)
         return {"displacement_mm": travel, "strain_pct": 100.0 * travel / self.gauge, **clamp_forces(readings)}
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """End after a failure, when the force has fallen to a share of its peak."""
         return broken and force < self.stop_ratio * peak
 

@@ -24,6 +24,7 @@ from knittest.runs.preflight.measured_counterparts import (
     test_counterparts,
 )
 from knittest.runs.preflight.model import (
+    PROGRAM,
     duration_text,
     estimate,
     model_facts,
@@ -91,8 +92,11 @@ def _card_lines(cells: Sequence[Run], options: CheckOptions) -> list[str]:
         f"meso cell, {parallel} in parallel, and caches it"
     ]
     if options.timed:
-        times = [time.seconds for cell in cells if (time := estimate(cell, prepare(cell))) is not None]
-        lines.append(f"  time                   about {duration_text(sum(times) / parallel)}, once")
+        times = [PROGRAM + time.specimens_s for cell in cells if (time := estimate(cell, prepare(cell))) is not None]
+        lines.append(
+            f"  time                   about {duration_text(sum(times) / parallel)}, once; up to ten times as "
+            "long where paths restart at a lower speed, or fail a quality check and are repeated"
+        )
     return [*lines, "  macro model            can be checked after the card has been derived"]
 
 

@@ -114,7 +114,7 @@ def summary_line(rows: list[Counterpart]) -> str:
     names = f": {', '.join(differ)}" if differ else ""
     owners = dict.fromkeys(row.owner for row in rows if row.verdict == "taken over")
     over = sum(row.verdict == "taken over" for row in rows)
-    taken = f"; {over} taken over from {', '.join(owners)} on both sides, which confirms nothing" if over else ""
+    taken = f"; {over} not checked: value and counterpart both come from {', '.join(owners)}" if over else ""
     missing = len(counts["no counterpart"])
     return f"  {len(counts['agrees'])} agree, {len(differ)} differ{names}; {missing} without counterpart{taken}"
 

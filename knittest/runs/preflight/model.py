@@ -16,16 +16,19 @@ from knittest.config.suspicious_values import find_suspicious_values
 from knittest.kernels.threading import limit_threads
 from knittest.laboratory.base import PreparedSpecimen, StaticMount
 from knittest.laboratory.halved_setting import changes, halve_setting
+from knittest.laboratory.report_base import TESTS
 from knittest.laboratory.restart import SPEED, has_configured_speed, with_result_speed
 from knittest.models.boundary import Boundary
 from knittest.report_page.parameters import unit_of
 from knittest.runs.specimen import run_specimen, threads_for
-from knittest.solve.compilation import load_kernels
-from knittest.solve.simulation import simulate
+from knittest.solve.compilation import load_kernels, missing_kernels
+from knittest.solve.simulation import MOUNTING, simulate
 from knittest.solve.state import Observer, Rig
 
 #: approximate bytes per node in all arrays
 BYTES_PER_NODE = 900
+#: units by the last part of the name of a fact
+FACT_UNITS = {"mm": "mm", "mm2": "mm2", "pct": "%"}
 
 
 def model_facts(run: Run, prepared: PreparedSpecimen) -> dict[str, Any]:
@@ -64,7 +67,7 @@ def model_facts(run: Run, prepared: PreparedSpecimen) -> dict[str, Any]:
 def model_lines(run: Run, facts: Mapping[str, Any]) -> list[str]:
     """:func:`model_facts` as lines for a user."""
     what = " ".join(part for part in (facts["test"], facts["direction"]) if part)
-    specimen = ", ".join(f"{name.replace('_', ' ')} {value:g}" for name, value in facts["specimen"].items())
+    specimen = ", ".join(_fact_text(name, value) for name, value in facts["specimen"].items())
     given = run.fabric.area_mass
     lines = [
         f"{facts['fabric']} ({parameter_set_text(facts['parameters'])}), {what}, {facts['scale']}, {facts['preset']}",
@@ -83,6 +86,13 @@ def model_lines(run: Run, facts: Mapping[str, Any]) -> list[str]:
         )
         lines += [f"    {pair}" for pair in facts["worst_overlaps"]]
     return [*lines, *(f"  note                   {note}" for note in facts["notes"])]
+
+
+def _fact_text(name: str, value: float) -> str:
+    """Fact of a specimen with the unit at the end of its ``name``: ``width 50 mm``."""
+    label, _, last = name.rpartition("_")
+    unit = FACT_UNITS.get(last)
+    return f"{(label if unit else name).replace('_', ' ')} {value:g} {unit or ''}".rstrip()
 
 
 def rigs_of(fabric: Fabric) -> list[dict[str, Any]]:
@@ -131,9 +141,21 @@ def speed_study(run: Run) -> tuple[list[str], bool]:
 STEPS, SECONDS, ENOUGH = 100, 0.5, 10.0
 
 
+#: mean time per step of a meso test over that of its first steps, to failure and else: contacts of yarns that move are
+#: searched more often. Measured: 1.8 to 1.9 (tensile), 1.4 (biaxial), 1.5 (picture frame), 1.0 (friction, pull-out)
+TO_FAILURE, ELSE = 1.8, 1.15
+#: seconds of a run besides its specimens: program start and results; pictures and report
+PROGRAM, OUTPUT = 2.0, 2.0
+
+
 @dataclass(frozen=True)
 class Estimate:
-    """Numbers of steps and seconds per timed step; ``rest_s`` precedes the steps of each specimen."""
+    """Numbers of steps and seconds per timed step; ``growth`` is the mean time per step over that of the timed ones.
+
+    Before its test each specimen takes ``preparation_s`` and ``rest_s`` for its geometry and its initial equilibrium,
+    and up to ``mounting_steps`` of relaxation after its mounting. ``compiled_s`` was spent on kernels, once.
+    ``may_restart``: the test restarts at a lower speed if an energy ratio exceeds its limit.
+    """
 
     steps_expected: int
     steps_at_most: int
@@ -143,25 +165,56 @@ class Estimate:
     specimens: int
     preparation_s: float
     rest_s: float = 0.0
+    mounting_steps: int = 0
+    growth: float = 1.0
+    compiled_s: float = 0.0
+    may_restart: bool = False
+
+    @property
+    def stages(self) -> dict[str, float]:
+        """Seconds of the stages of one specimen."""
+        return {
+            "geometry": self.preparation_s,
+            "initial equilibrium": self.rest_s,
+            "relaxation after mounting": self.mounting_steps * self.seconds_per_step,
+            "test": self.steps_expected * self.seconds_per_step * self.growth,
+        }
+
+    @property
+    def specimens_s(self) -> float:
+        """Seconds for all specimens, one after the other."""
+        return self.specimens * sum(self.stages.values())
 
     @property
     def seconds(self) -> float:
-        """Seconds for all specimens: initial equilibrium and steps."""
-        return (self.rest_s + self.steps_expected * self.seconds_per_step) * self.specimens
+        """Seconds for all specimens, program start, results, pictures and report."""
+        return self.specimens_s + PROGRAM + OUTPUT
 
     def text(self) -> str:
-        """Estimate as a sentence."""
-        each = f"{self.specimens} specimens x " if self.specimens > 1 else ""
+        """Estimate with its stages."""
+        growth = f" x {self.growth:g}" if self.growth != 1.0 else ""
+        steps = {
+            "relaxation after mounting": f" (at most {self.mounting_steps} steps)",
+            "test": f" ({self.steps_expected} steps of {1e3 * self.seconds_per_step:.3g} ms{growth}, "
+            f"from {self.steps_timed} steps)",
+        }
+        each = ", ".join(
+            f"{name} {duration_text(seconds)}{steps.get(name, '')}"
+            for name, seconds in self.stages.items()
+            if seconds > 0.0
+        )
+        several = f"{self.specimens} specimens x ({each})" if self.specimens > 1 else each
+        threads = f"{self.threads} thread{'s' * (self.threads > 1)}"
         return (
-            f"about {duration_text(self.seconds)}: {each}{self.steps_expected} steps of "
-            f"{1e3 * self.seconds_per_step:.3g} ms "
-            f"(mean of {self.steps_timed} steps) on {self.threads} thread{'s' * (self.threads > 1)}; plus "
-            f"{duration_text(self.preparation_s)} for preparation (then cached), and pictures and report"
+            f"about {duration_text(self.seconds)} on {threads}: {several}, program start, pictures and report "
+            f"{duration_text(PROGRAM + OUTPUT)}"
+            + ("; a restart at a lower speed comes on top" if self.may_restart else "")
+            + (f"; kernels: {duration_text(self.compiled_s)}, now in the cache" if self.compiled_s else "")
         )
 
     def as_json(self) -> dict[str, object]:
         """All numbers, for a program."""
-        return {"seconds": self.seconds, **asdict(self)}
+        return {"seconds": self.seconds, **asdict(self), "stages": self.stages}
 
 
 class _TimedRig:
@@ -179,9 +232,9 @@ class _TimedRig:
         self._rig.constrain(boundary)
         self.step = boundary.dt
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """Tell whether the test has ended, or enough steps and seconds are timed."""
-        if len(self.times) < 2 or self._rig.finished(force, peak, broken):
+        if len(self.times) < 2 or self._rig.is_finished(force, peak, broken):
             return len(self.times) >= 2
         spent = self.times[-1][1] - self.times[0][1]
         return spent >= ENOUGH or (self.timed >= STEPS and spent >= SECONDS)
@@ -222,18 +275,23 @@ def estimate(run: Run, prepared: PreparedSpecimen, prepared_s: float = 0.0) -> E
     if isinstance(prepared.mount, StaticMount):
         return None
     threads = threads_for(len(prepared.model.mesh.cells))
-    compiled_s = load_kernels(run, threads=threads)
+    missing = missing_kernels(run, threads)
+    loaded_s = load_kernels(run, threads=threads)
     rig = _TimedRig(prepared.rig)
     rows = prepared.rig.duration / (run.solver.safety * prepared.model.critical_step * STEPS)
     output = run.output.model_copy(update={"samples": max(run.output.samples, round(rows))})
     with limit_threads(threads):
         start = clock.perf_counter()
-        simulate(prepared.model, cast("Rig", rig), run.solver, output, _Stopwatch(rig.times))
+        _, cost = simulate(prepared.model, cast("Rig", rig), run.solver, output, _Stopwatch(rig.times))
     at_most = int(prepared.rig.duration / rig.step)
-    steps = round(at_most * expected_share(run, prepared))
+    meso, test = run.model.scale == "meso", TESTS[run.rig.kind]
     return Estimate(
-        steps, at_most, rig.step_s, rig.timed, threads, run.variability.specimens, prepared_s + compiled_s,
-        rig.before(start),
+        steps_expected=round(at_most * expected_share(run, prepared)), steps_at_most=at_most,
+        seconds_per_step=rig.step_s, steps_timed=rig.timed, threads=cost.threads or threads,
+        specimens=run.variability.specimens, preparation_s=prepared_s, rest_s=rig.before(start),
+        mounting_steps=MOUNTING if prepared.rig.mounted_at > 0.0 else 0,
+        growth=(TO_FAILURE if test.ends_at_failure else ELSE) if meso and not kinds()[run.rig.kind].periodic else 1.0,
+        compiled_s=loaded_s if missing else 0.0, may_restart=meso and test.lowers_speed,
     )  # fmt: skip
 
 

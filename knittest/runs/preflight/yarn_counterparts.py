@@ -52,7 +52,8 @@ def derived_lines(fabric: Fabric) -> list[str]:
     found = {field.removesuffix(".weft"): q for field, q in derived_numbers(fabric).items() if field[-5:] != ".warp"}
     lines = [f"  {field}: {q.ref.removeprefix(MARK)}" for field, q in found.items() if q.source == "derived"]
     assumed = ", ".join(f"{field} {q.value:g}" for field, q in found.items() if q.source == "assumed")
-    return ["derived from the yarns:", *lines, f"  assumed: {assumed}"] if lines else []
+    lines += [f"  assumed: {assumed}"] if assumed else []
+    return ["derived from the yarns:", *lines] if lines else []
 
 
 def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:

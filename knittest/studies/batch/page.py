@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from knittest.base.errors import InputError
 from knittest.base.files import replace_file
 from knittest.base.result_rows import LABELS, UNSCATTERED, unfold_results
+from knittest.config.aliases import present_field
 from knittest.config.fields import field_at
 from knittest.config.studies import parse_sweep
 from knittest.config.yaml_loader import parse_document
@@ -131,6 +132,7 @@ def _table(reader: Reader) -> "DataFrame":
     table = reader.frame(TABLE)
     if table is None:
         return pd.DataFrame(columns=HEAD)
+    table = table.rename(columns=present_field)
     missing = [name for name in HEAD if name not in table]
     if missing:
         reader.add_problem(f"{TABLE}: no column {', '.join(missing)}")

@@ -65,35 +65,35 @@ def _axes(sweep: Sweep, document: Document) -> Iterator[Axis]:
         given = getattr(getattr(sweep, at[0]), at[1])
         values = given if isinstance(given, list) else [given] if given is not None else []
         if values:
-            yield listed(path, values, document.where(at), at[0] == "ensemble" and len(values) > 1)
+            yield listed(path, values, document.place_of(at), at[0] == "ensemble" and len(values) > 1)
     for name, value in sweep.base.set.items():
-        where = document.where(("base", "set", name))
+        where = document.place_of(("base", "set", name))
         yield listed(field_path(name, where), [value], where, False)
     for block, fields in (("grid", sweep.grid), ("range", sweep.range)):
         for name, one in fields.items():
-            where = document.where((block, name))
+            where = document.place_of((block, name))
             path = field_path(name, where)
             yield spread(path, one, where) if isinstance(one, Range) else listed(path, one, where)
     if sweep.points:
-        names, where = list(sweep.points[0]), document.where(("points",))
+        names, where = list(sweep.points[0]), document.place_of(("points",))
         made = [_point_settings(point, names, number, document) for number, point in enumerate(sweep.points)]
         yield Axis(tuple(field_path(n, where) for n in names), len(made), lambda: made, where)
     if (sample := sweep.sample) is not None:
-        places = {name: document.where(("sample", "fields", name)) for name in sample.fields}
+        places = {name: document.place_of(("sample", "fields", name)) for name in sample.fields}
         paths = {name: field_path(name, where) for name, where in places.items()}
 
         def draw() -> list[tuple[Setting, ...]]:
             pairs = (zip(paths, point, strict=True) for point in draw_points(sample))
             return [tuple(Setting(paths[name], value, places[name]) for name, value in point) for point in pairs]
 
-        yield Axis(tuple(paths.values()), sample.n, draw, document.where(("sample",)), is_random=True)
+        yield Axis(tuple(paths.values()), sample.n, draw, document.place_of(("sample",)), is_random=True)
 
 
 def _point_settings(point: dict[str, Any], names: list[str], number: int, document: Document) -> tuple[Setting, ...]:
-    where = document.where(("points", number))
+    where = document.place_of(("points", number))
     if set(point) != set(names):
         raise InputError(f"{where}: points[{number}]: expected the fields of the first point, {', '.join(names)}")
-    places = {name: document.where(("points", number, name)) for name in names}
+    places = {name: document.place_of(("points", number, name)) for name in names}
     return tuple(Setting(field_path(name, places[name]), point[name], places[name]) for name in names)
 
 
@@ -175,7 +175,7 @@ def _row(number: int, case: Case, settings: list[Setting], names: set[str]) -> R
 def plan_of(document: Document, accept_limits: bool = False) -> Plan:
     """Read the plan of the sweep in ``document``; raises :class:`InputError` with file and line."""
     sweep = parse_sweep(document)
-    base, where = sweep.base, {name: document.where(("base", name)) for name in type(sweep.base).model_fields}
+    base, where = sweep.base, {name: document.place_of(("base", name)) for name in type(sweep.base).model_fields}
     axes = axes_of(sweep, document)
     config = sibling_file(document, base.config, f"{where['config']}: base.config") if base.config is not None else None
     fabrics: list[Path | None] = [
@@ -183,7 +183,7 @@ def plan_of(document: Document, accept_limits: bool = False) -> Plan:
         *(sibling_file(document, name, f"{where['fabric']}: base.fabric") for name in base.fabric),
     ]
     if not fabrics and config is None:
-        raise InputError(f"{document.where(('base',))}: base: no fabric is given: expected variant or fabric")
+        raise InputError(f"{document.place_of(('base',))}: base: no fabric is given: expected variant or fabric")
     for test in base.test:
         if test not in RUNS:
             raise InputError(

@@ -67,7 +67,7 @@ def parameters_of(calibration: file.Calibration, document: Document, runs: Seque
     kinds = [run.rig.kind for run in runs]
     found, claimed = [], dict[KeyPath, str]()
     for name, one in calibration.parameters.items():
-        where = document.where(("parameters", name))
+        where = document.place_of(("parameters", name))
         paths = number_paths([name, *one.also], where, kinds, claimed)
         prior = None if one.mean is None or one.sd is None else (one.mean, one.sd)
         field = next(field for kind in kinds if (field := field_at(paths[0], kind)))
@@ -130,7 +130,7 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     cases = []
     for name, test in calibration.tests.items():
         at = ("tests", name)
-        config = test.config and sibling_file(document, test.config, document.where((*at, "config")))
+        config = test.config and sibling_file(document, test.config, document.place_of((*at, "config")))
         settings = (*base, *settings_of(test, document, at))
         cases.append(Case(name, test.test, fabric, config or None, settings, accept_limits))
     runs = {case.name: case.run() for case in cases}
@@ -138,7 +138,7 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
     targets = targets_of(calibration, document, runs)
     idle = [case.name for case in cases if all(target.test != case.name for target in targets)]
     if idle:
-        where = document.where(("tests", idle[0]))
+        where = document.place_of(("tests", idle[0]))
         raise InputError(f"{where}: tests.{idle[0]}: no target belongs to this test: add one, or remove the test")
     problem = Problem(Path(document.source).stem, calibration, parameters, cases, targets)
     for case in cases:
@@ -146,9 +146,9 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
             for bound in (parameter.low, parameter.high):
                 case.run(parameter.settings(bound, case.kind))  # the schema may reject a bound
     if calibration.method == "root" and problem.root_hindrance:
-        raise InputError(f"{document.where(('method',))}: method = root: {problem.root_hindrance}")
+        raise InputError(f"{document.place_of(('method',))}: method = root: {problem.root_hindrance}")
     if calibration.storage is not None and calibration.method != "optuna":
-        raise InputError(f"{document.where(('storage',))}: storage: only method = optuna uses a database")
+        raise InputError(f"{document.place_of(('storage',))}: storage: only method = optuna uses a database")
     return problem
 
 

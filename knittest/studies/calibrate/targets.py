@@ -102,7 +102,7 @@ def targets_of(calibration: file.Calibration, document: Document, runs: dict[str
     folder = Path(document.source).resolve().parent
     found: list[Target] = []
     for number, one in enumerate(calibration.targets):
-        where = document.where(("targets", number))
+        where = document.place_of(("targets", number))
         if one.test not in runs:
             raise InputError(f"{where}: test = {one.test}: no such test in this file (known: {', '.join(runs)})")
         run = runs[one.test]

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numba
@@ -17,6 +18,7 @@ from knittest.base.cache import Damaged, cache_folder, load_cached, save_cached
 from knittest.base.errors import InputError, KnittestError, NumericalError, ResourceError
 from knittest.base.kinds import kinds
 from knittest.base.progress import tell
+from knittest.config.aliases import FIELDS
 from knittest.config.fabric import CARD, Direction, Fabric
 from knittest.config.messages import input_error
 from knittest.config.quality_checks import FROM_YARNS
@@ -50,6 +52,8 @@ PATHS: Mapping[str, Sequence[PlannedTest]] = dict(
 )
 #: width [mm] of the strip whose yarns scatter, as in tensile tests
 STRIP = 50.0
+#: old name of each renamed field of the yarns, as in the digests of earlier versions
+OLD_PATHS = {f"{holder}.{new}": f"{holder}.{old}" for (holder, old), new in FIELDS.items() if holder == "knitting"}
 #: fields of a fabric without influence on its cell
 FIELDS_NOT_IN_KEY = {"name", "title", "macro", "experiment", "experiment_variant", "rigs"}
 DIGITS = 12
@@ -98,8 +102,9 @@ def missing_parts(run: Run) -> tuple[str, ...]:
         "bending_stiffness": [] if macro.bending_stiffness is None else [macro.bending_stiffness.warp.ref],
         "shear": [] if macro.shear is None else [macro.shear.ref],
     }
-    own = FROM_YARNS + _digest(run.fabric)
-    stale = [name for name, refs in references.items() if any(r.startswith(FROM_YARNS) and own not in r for r in refs)]
+    own = tuple(FROM_YARNS + digest for digest in (_digest(run.fabric), _digest(run.fabric, OLD_PATHS)))
+    derived = {name: [ref for ref in refs if ref.startswith(FROM_YARNS)] for name, refs in references.items()}
+    stale = [name for name, refs in derived.items() if not all(ref.startswith(own) for ref in refs)]
     return tuple(name for name in CARD if name in macro.missing_card_parts or name in stale)
 
 
@@ -284,8 +289,9 @@ def _yarn_fields(fabric: Fabric) -> dict[str, Any]:
     return fabric.model_dump(mode="json", exclude=FIELDS_NOT_IN_KEY, exclude_none=True)
 
 
-def _digest(fabric: Fabric) -> str:
-    numbers = sorted((name, str(value)) for name, value in leaf_values(_yarn_fields(fabric)))
+def _digest(fabric: Fabric, names: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Digest of the yarns of ``fabric``, with other ``names`` of some fields."""
+    numbers = sorted((names.get(name, name), str(value)) for name, value in leaf_values(_yarn_fields(fabric)))
     return hashlib.sha256(json.dumps(numbers).encode()).hexdigest()[:DIGITS]
 
 

@@ -164,7 +164,7 @@ def cell_run(request: Request, piece: PlannedTest) -> Run:
     for setting in sets:
         if (name := ".".join(map(str, setting.path))) in fixed:
             needed = f"{name} = {fixed[name]}"
-            raise InputError(f"{setting.said}: {piece.name} of a cell needs {needed}: remove this setting")
+            raise InputError(f"{setting.place}: {piece.name} of a cell needs {needed}: remove this setting")
     settings = [command_setting(name, value) for name, value in fixed.items()]
     run = resolve_meso_run(request, "cell", None, [*settings, *sets])
     if run.variability.specimens > 1:

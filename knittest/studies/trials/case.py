@@ -50,14 +50,14 @@ class Case:
 
 def fabric_path(chosen: FabricChoice, document: Document, at: KeyPath) -> Path:
     """Find the fabric file that the block ``at`` of ``document`` names; raises :class:`InputError` if it is missing."""
-    where = document.where(at)
+    where = document.place_of(at)
     if (chosen.variant is None) == (chosen.fabric is None):
         raise InputError(
             f"{where}: {dotted_path(at)}: expected variant (a shipped fabric) or fabric (a file), one of them"
         )
     if chosen.fabric is not None:
-        return sibling_file(document, chosen.fabric, document.where((*at, "fabric")))
-    return shipped_fabric(str(chosen.variant), document.where((*at, "variant")))
+        return sibling_file(document, chosen.fabric, document.place_of((*at, "fabric")))
+    return shipped_fabric(str(chosen.variant), document.place_of((*at, "variant")))
 
 
 def shipped_fabric(variant: str, where: str) -> Path:
@@ -79,12 +79,12 @@ def sibling_file(document: Document, name: str, where: str) -> Path:
 def settings_of(given: BaseModel, document: Document, at: KeyPath) -> list[Setting]:
     """Read the settings of the block ``given``, ``at`` in ``document``: of :data:`FIELDS` and of its ``set``."""
     found = [
-        Setting(path, value, document.where((*at, name)))
+        Setting(path, value, document.place_of((*at, name)))
         for name, path in FIELDS.items()
         if (value := getattr(given, name, None)) is not None
     ]
     values: dict[str, Any] = getattr(given, "set", {})
-    places = {name: document.where((*at, "set", name)) for name in values}
+    places = {name: document.place_of((*at, "set", name)) for name in values}
     return found + [Setting(field_path(name, places[name]), value, places[name]) for name, value in values.items()]
 
 

@@ -11,6 +11,8 @@ from knittest.base.result_rows import LABELS
 from knittest.studies.trials.trial import Record, Trial
 
 REFRESH_S, SHOWN = 0.2, 12
+#: characters of the line of a run without a result, without its number, and of the reason in it
+LONGEST_LINE, LONGEST_REASON = 145, 90
 STYLES = {"completed": "green", "refused": "yellow"}
 
 
@@ -115,9 +117,8 @@ class Overview(OnDisplay[_LineDisplay]):
             self._done += 1
             self._counts[record.status] += 1
             number = f"[{self._known + self._done}/{self._total}]"
-            self._try_on_display(
-                lambda display: display.ended(f"{number} {trial.label}: {outcome_line(record)}", record)
-            )
+            line = f"{number} {outcome_line(trial.label, record)}"
+            self._try_on_display(lambda display: display.ended(line, record))
             self._draw()
 
     def __enter__(self) -> Self:
@@ -144,9 +145,22 @@ class Overview(OnDisplay[_LineDisplay]):
         self._try_on_display(lambda display: display.draw(head, running, ended / max(self._total, 1)))
 
 
-def outcome_line(record: Record) -> str:
-    """Status, first results or reason, and seconds of a record in one line."""
-    numbers = [f"{LABELS.get(k, (k, '{:.4g}'))[0]} {v:.4g}" for k, v in list(record.results.items())[:2]]
+def outcome_line(label: str, record: Record) -> str:
+    """Outcome of the run ``label`` in a line: first results of a completed run; else the reason, cut, and the label.
+
+    The table and the page of the study have the whole reason.
+    """
     again = f" (attempt {1 + len(record.earlier)})" if record.earlier else ""
-    detail = ", ".join(numbers) or record.reason
-    return f"{record.status}{again}{f': {detail}' if detail else ''} ({record.seconds:.1f} s)"
+    seconds = f"({record.seconds:.1f} s)"
+    if record.status == "completed":
+        numbers = [f"{LABELS.get(k, (k, '{:.4g}'))[0]} {v:.4g}" for k, v in list(record.results.items())[:2]]
+        return f"{label}: completed{again}{': ' if numbers else ''}{', '.join(numbers)} {seconds}"
+    reason = shorten_text(record.reason, LONGEST_REASON) or "no reason is recorded"
+    line = f"{record.status}{again}: {reason} {seconds}"
+    return f"{line}: {shorten_text(label, LONGEST_LINE - len(line))}"
+
+
+def shorten_text(text: str, length: int) -> str:
+    """``text`` in one line, cut to ``length`` characters."""
+    plain = " ".join(text.split())
+    return plain if len(plain) <= length else f"{plain[: length - 4]} ..."

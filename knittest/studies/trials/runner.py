@@ -53,7 +53,7 @@ class TrialRunner:
         """Run folder of ``trial``."""
         return self._folder / TRIALS / trial.key
 
-    def finished(self, trials: Sequence[Trial]) -> dict[str, Record]:
+    def finished_records(self, trials: Sequence[Trial]) -> dict[str, Record]:
         """Records, by key, of those ``trials`` that need not run again."""
         done: dict[str, Record] = {}
         for trial in trials:
@@ -66,7 +66,7 @@ class TrialRunner:
 
     def run(self, trials: Sequence[Trial]) -> Iterator[Record]:
         """Yield one record for every key among ``trials``: finished ones at once, the others as they end."""
-        done = self.finished(trials)
+        done = self.finished_records(trials)
         yield from done.values()
         left = {t.key: t for t in trials if t.key not in done}
         for record in self._pool.run(list(left.values()), self.place, self._limit, self._options, self._watch):
@@ -95,7 +95,7 @@ def run_with_overview(
         Overview(len(by_key), quiet=quiet) as view,
         TrialRunner(folder, pool, limit=limit, ledger=ledger, options=options, watch=view.watch) as runner,
     ):
-        known = runner.finished(trials)
+        known = runner.finished_records(trials)
         view.begin(len(known))
         for record in runner.run(trials):
             records[record.key] = record

@@ -52,7 +52,7 @@ def check_differences(runs: Mapping[str, Run], study: Uncertainty, document: Doc
         shown_values = ", ".join(f"{fabric} {value_excerpt(value, 30)}" for fabric, value in pairs)
         others = f"; so do {', '.join(more[1:])}" if more[1:] else ""
         raise InputError(
-            f"{document.where(('fabrics',))}: the fabrics differ in {name} ({shown_values}){others}: "
+            f"{document.place_of(('fabrics',))}: the fabrics differ in {name} ({shown_values}){others}: "
             "set it in base.set, make it a parameter, or add it to differing_fields"
         )
     return found
@@ -79,9 +79,9 @@ def shorter_ends_of(
     if not study.shorter_ends:
         return ShorterEnds()
     ((name, values),) = study.shorter_ends.items()
-    where = f"{document.where(('shorter_ends', name))}: shorter_ends.{name}"
+    where = f"{document.place_of(('shorter_ends', name))}: shorter_ends.{name}"
     kind = next(iter(middle.values())).rig.kind
-    path = number_path(name, document.where(("shorter_ends", name)), [kind])
+    path = number_path(name, document.place_of(("shorter_ends", name)), [kind])
     if path in drawn:
         raise InputError(f"{where}: is also one of the parameters: remove it from one of them")
     told = ", ".join(f"{value:g}" for value in values)
@@ -92,7 +92,7 @@ def shorter_ends_of(
             raise InputError(f"{where}: does not end this test ({kind}) sooner: {remedy}")
         _check_values(values, ending, study, f"{where} = [{told}]", fabric)
     unit = str(field_meta(type(run.rig), str(path[-1])).get("unit", ""))
-    return ShorterEnds(name, tuple(values), unit, document.where(("shorter_ends", name)))
+    return ShorterEnds(name, tuple(values), unit, document.place_of(("shorter_ends", name)))
 
 
 def _check_values(values: Sequence[float], ending: EndSetting, study: Uncertainty, where: str, fabric: str) -> None:
@@ -203,13 +203,13 @@ def problem_of(document: Document, accept_limits: bool = False) -> Problem:
 
 def _cases(study: file.Uncertainty, document: Document, accept_limits: bool) -> dict[str, Case]:
     base = study.base
-    config = base.config and sibling_file(document, base.config, document.where(("base", "config")))
+    config = base.config and sibling_file(document, base.config, document.place_of(("base", "config")))
     settings = tuple(settings_of(base, document, ("base",)))
     found = {}
     for name, chosen in study.fabrics.items():
         fabric = fabric_path(chosen, document, ("fabrics", name))
         if "/" in name:
-            where = document.where(("fabrics", name))
+            where = document.place_of(("fabrics", name))
             raise InputError(f"{where}: fabrics.{name}: expected a name without /, which is for ratios")
         found[name] = Case(name, base.test, fabric, config or None, settings, accept_limits)
     return found
@@ -218,9 +218,9 @@ def _cases(study: file.Uncertainty, document: Document, accept_limits: bool) -> 
 def _parameters(study: file.Uncertainty, document: Document, kind: str) -> list[Parameter]:
     """All parameters; raises :class:`InputError` for a field that the test does not have, or that is given twice."""
     found = []
-    claimed: dict[KeyPath, str] = {tuple(n.split(".")): document.where(("base", "set", n)) for n in study.base.set}
+    claimed: dict[KeyPath, str] = {tuple(n.split(".")): document.place_of(("base", "set", n)) for n in study.base.set}
     for name, prior in study.parameters.items():
-        where = document.where(("parameters", name))
+        where = document.place_of(("parameters", name))
         paths = number_paths([name, *prior.also], where, [kind], claimed)
         field = field_at(paths[0], kind)
         found.append(Parameter(paths, field.unit if field else "", prior, where))

@@ -102,7 +102,7 @@ def variables_of(study: file.Uncertainty, document: Document) -> list[Variable]:
     """All variables: for each quantity those of the fabrics, then those of the ratios."""
     found = []
     for name, one in study.quantities.items():
-        where = document.where(("quantities", name, "ratios"))
+        where = document.place_of(("quantities", name, "ratios"))
         for who in [*study.fabrics, *("/".join(pair) for pair in one.ratios)]:
             found += _variables_at_places(name, study, who, f"{where}: quantities.{name}.ratios")
     return found
@@ -129,7 +129,7 @@ def statements_of(study: file.Uncertainty, document: Document) -> list[Statement
     """All statements; raises :class:`InputError` for an unknown quantity or fabric."""
     found = []
     for name, one in study.statements.items():
-        where = f"{document.where(('statements', name))}: statements.{name}"
+        where = f"{document.place_of(('statements', name))}: statements.{name}"
         if one.quantity not in study.quantities:
             known = unknown_name_text(one.quantity, list(study.quantities), "quantity")
             raise InputError(f"{where}.quantity = {value_excerpt(one.quantity)}: {known}")

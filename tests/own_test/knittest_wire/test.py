@@ -45,7 +45,7 @@ class Grips:
         force = 0.5 * float(readings.reaction[1] - readings.reaction[0])
         return {"strain_pct": 100.0 * self.pull.integral(time) / self.length, "force_n": force}
 
-    def finished(self, force: float, peak: float, broken: bool) -> bool:
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """Go on to the largest strain."""
         return False
 
