@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from math import ceil, sqrt
+from math import ceil, floor, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -233,12 +233,24 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
     except LockedLoopError as locked:
         raise InputError(_too_short_message(spec, locked)) from None
     except NumericalError as error:
+        shorter = _shorter_loop(spec)
+        length = f"a shorter loop_length, such as {shorter:g} mm" if shorter else "another loop_length"
         raise NumericalError(
             f"{error}: loops of {spec.loop_length:.4g} mm of a {spec.knit_diameter:.4g} mm yarn find no equilibrium "
-            f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected another loop_length (relaxed plain knits "
+            f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected {length} (relaxed plain knits "
             f"have {(STITCHES * spec.wale * spec.course) ** 0.5:.3g} mm), warp_density or weft_density, or thinner "
             "yarns"
         ) from None
+
+
+def _shorter_loop(spec: CellSpec) -> float | None:
+    """Shorter loop [mm] that relaxes, tried: slack loops curl over each other; None if none does."""
+    share = 1.0 / LONGER
+    while share * LONGEST > 1.0:
+        if _relaxes(spec, share):
+            return floor(100.0 * share * spec.loop_length) / 100.0
+        share /= LONGER
+    return None
 
 
 class LockedLoopError(Exception):
