@@ -39,6 +39,8 @@ LOOP_NODES, WAVE_NODES = 64, 16
 WEFT_LEVEL = 0.03
 #: stretching stiffness while relaxing [N]: far softer than the yarns, so that bending and contact set the time scale
 STRETCHING = 300.0
+#: EI [N mm2] of loops from which on these stiffnesses and forces hold; those of thinner loops are in proportion to it
+STIFF_LOOP = 0.5
 #: neighbours along a yarn within this share of a half turn around it plus a margin [mm] do not touch
 EXCLUDE, MARGIN = 1.2, 0.2
 
@@ -151,7 +153,7 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
         rest=np.zeros((counts.sum(), 3)),
         length=total / counts,
         total=total,
-        stretching=np.full(len(curves), STRETCHING),
+        stretching=np.full(len(curves), _softness(spec) * STRETCHING),
         bending=np.array([bending[s] for s in systems]),
         radius=half[:, 1],
         half_width=half[:, 0],
@@ -163,6 +165,11 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
     curvature = x[yarns.before] + yarns.before_shift - 2.0 * x + x[yarns.after] + yarns.after_shift
     loops = np.array([s == KNIT for s in systems])
     return yarns._replace(rest=np.where(loops[chain][:, None], 0.0, curvature))
+
+
+def _softness(spec: CellSpec) -> float:
+    """Share [-] of the stiffnesses and forces of the relaxation that suits the loops of ``spec``."""
+    return min(spec.bending_knit / STIFF_LOOP, 1.0)
 
 
 def with_loop_length(yarns: "Yarns", total: Array) -> "Yarns":
@@ -193,6 +200,8 @@ RESIDUAL, LARGEST_RESIDUAL = 0.1, 2e-4
 PATIENT = 60_000
 #: accepted penetration over radius and deviation of the loop length
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
+#: overlap over the smaller radius up to which no yarn passed another: in one iteration they come nearer by less
+PASSING = 0.5
 #: residual force over that of the deepest contact which closest points may keep up that jump between segments
 JUMPING = 0.1
 #: cells that this process relaxed or read, so that a run and its manifest use the same cell
@@ -266,11 +275,11 @@ def _relax_stepwise(spec: CellSpec, finer: float) -> Cell:
     state = _Relaxation(spec, finer)
     start = state.cell()
     for share in RADIUS_STEPS:
-        state.settle(PENALTY, ON_THE_WAY, BRIEF, share)
+        state.settle(PENALTY, state.softness * ON_THE_WAY, BRIEF, share)
     state.draw_in()
     state.firm_up()
     cell = state.cell()
-    check_topology(cell, start)
+    check_topology(cell, start, continuous=cell.worst < PASSING)
     return cell
 
 
@@ -287,10 +296,14 @@ class _Relaxation:
         self.pairs = np.zeros((20_000, 4), np.int64)
         self.iterations = 0
         self.worst, self.deepest, self.residual = 0.0, 0.0, np.inf
+        self.softness = _softness(spec)
         self.allowed = min(RESIDUAL * spec.bending_knit / spec.loop_length**2, LARGEST_RESIDUAL)
 
     def settle(self, penalty: float, tolerance: float, budget: int, share: float = 1.0) -> None:
-        """Relax with ``share`` of the radii until forces are below ``tolerance`` [N] or the ``budget`` is spent."""
+        """Relax with ``share`` of the radii until forces are below ``tolerance`` [N] or the ``budget`` is spent.
+
+        ``penalty`` [N/mm] is that of stiff loops.
+        """
         from knittest.kernels.relaxation import periodic_pairs, relax
 
         yarns = self.yarns._replace(radius=share * self.yarns.radius, half_width=share * self.yarns.half_width)
@@ -301,7 +314,7 @@ class _Relaxation:
                 self.pairs = np.zeros((2 * count, 4), np.int64)
                 continue
             steps, self.residual, seen, self.deepest = relax(
-                self.x, yarns, self.pairs, count, penalty, tolerance, budget, SKIN
+                self.x, yarns, self.pairs, count, self.softness * penalty, tolerance, budget, SKIN
             )
             budget -= max(steps, 1)
             self.iterations += steps
@@ -313,7 +326,7 @@ class _Relaxation:
         while (rest > self.wanted).any():
             rest = np.maximum((1.0 - DRAW_IN) * rest, self.wanted)
             self.yarns = with_loop_length(self.yarns, rest)
-            self.settle(PENALTY, ON_THE_WAY, BRIEF)
+            self.settle(PENALTY, self.softness * ON_THE_WAY, BRIEF)
             if (self._course_lengths() > (1.0 + LOCKED) * rest).any():
                 raise LockedLoopError(self.deepest)
 
@@ -330,7 +343,7 @@ class _Relaxation:
             raise LockedLoopError(self.deepest)
         if stretch.min() < -LENGTH_ERROR:
             raise NumericalError(f"the loop is {-100.0 * stretch.min():.1f} % too short")
-        pressed = FIRM_PENALTIES[-1] * self.deepest * float(self.yarns.radius.min())
+        pressed = self.softness * FIRM_PENALTIES[-1] * self.deepest * float(self.yarns.radius.min())
         if self.residual < JUMPING * pressed:
             return
         raise NumericalError(

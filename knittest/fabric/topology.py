@@ -34,28 +34,21 @@ class Crossing:
     image: tuple[int, int]  # cell of the under strand, seen from the over strand
 
 
-#: a strand that is met: number of its yarn in the cell, and image of the cell across it
-Strand = tuple[int, int]
-
-
 def crossings(cell: "Cell") -> list[Crossing]:
-    """Crossings of different yarns in one period of the xy projection.
-
-    A yarn's crossings with itself are left out: legs of neighbouring loops overlap in the projection of wide loops,
-    exactly over the warp by symmetry, and say nothing of the interlacing.
-    """
+    """Crossings of inlays with each other and with loops in one period of the xy projection."""
     curves = cell.curves
-    starts = [one.points[:, :2] for one in curves]
     chords = [np.diff(one.closed, axis=0) for one in curves]
     found = []
     for a, b in np.ndindex(len(curves), len(curves)):
-        if b < a or _are_parallel_inlays(curves[a], curves[b]):
+        if b <= a or curves[a].system == curves[b].system == KNIT or _are_parallel_inlays(curves[a], curves[b]):
             continue
-        axis = cell.spec.axis(curves[a].system)
         for image in _images(cell):
-            if a != b or image[1 - axis] > 0:
-                shift = np.array(image) * cell.spec.size
-                found += _pair_crossings(a, b, image, shift, starts, chords, [one.points for one in curves])
+            moved = curves[b].points + np.append(np.array(image) * cell.spec.size, 0.0)
+            for here, there, over in line_crossings(curves[a].points, chords[a], moved, chords[b]):
+                if over:
+                    found.append(Crossing(a, b, here, there, image))
+                else:
+                    found.append(Crossing(b, a, there, here, (-image[0], -image[1])))
     return found
 
 
@@ -69,115 +62,85 @@ def _images(cell: "Cell") -> list[tuple[int, int]]:
     return [(i, j) for i in range(-x, x + 1) for j in range(-y, y + 1)]
 
 
-def _pair_crossings(
-    a: int, b: int, image: tuple[int, int], shift: Array, starts: list[Array], chords: list[Array], curves: list[Array]
-) -> list[Crossing]:
-    """Crossings of yarn ``a`` with the image of yarn ``b``; solved for all segments at once."""
-    p, r = starts[a][:, None], chords[a][:, None, :2]
-    q, s = (starts[b] + shift)[None], chords[b][None, :, :2]
+def line_crossings(start: Array, chord: Array, other: Array, other_chord: Array) -> list[tuple[float, float, bool]]:
+    """Crossings of two polylines in the xy projection: place along both in segments, and whether the first lies over.
+
+    ``start`` (n, 3) and ``chord`` (n, 3) [mm] are the segments of the first, the other two those of the second.
+    """
+    p, r = start[:, None, :2], chord[:, None, :2]
+    q, s = other[None, :, :2], other_chord[None, :, :2]
     cross = r[..., 0] * s[..., 1] - r[..., 1] * s[..., 0]
     safe = np.where(np.abs(cross) < 1e-14, np.nan, cross)
     t = ((q - p)[..., 0] * s[..., 1] - (q - p)[..., 1] * s[..., 0]) / safe
     u = ((q - p)[..., 0] * r[..., 1] - (q - p)[..., 1] * r[..., 0]) / safe
-    out = []
-    for i, j in np.argwhere((t >= 0) & (t < 1) & (u >= 0) & (u < 1)):
-        first = curves[a][i, 2] + t[i, j] * chords[a][i, 2]
-        second = curves[b][j, 2] + u[i, j] * chords[b][j, 2]
-        here, there = float(i + t[i, j]), float(j + u[i, j])
-        if first > second:
-            out.append(Crossing(a, b, here, there, image))
-        else:
-            out.append(Crossing(b, a, there, here, (-image[0], -image[1])))
-    return out
-
-
-def strand_met(cell: "Cell", one: Crossing, over: bool) -> Strand:
-    """Strand that is met at a crossing by the yarn that lies ``over`` there, or under."""
-    other, image = (one.under, one.image) if over else (one.over, (-one.image[0], -one.image[1]))
-    return other, image[1 - cell.spec.axis(cell.curves[other].system)]
-
-
-def sequences(cell: "Cell", found: list[Crossing]) -> list[list[tuple[int, bool]]]:
-    """Crossings (number, over) of each yarn with others, in order along it."""
-    lines: list[list[tuple[float, int, bool]]] = [[] for _ in cell.curves]
-    for k, one in enumerate(found):
-        lines[one.over].append((one.over_place, k, True))
-        lines[one.under].append((one.under_place, k, False))
-    return [[(k, over) for _, k, over in sorted(line)] for line in lines]
-
-
-def remove_slack_pairs(cell: "Cell", found: list[Crossing]) -> list[Crossing]:
-    """Drop pairs of neighbouring crossings of the same two strands, one over the other in both (Reidemeister II)."""
-    while (slack := _slack_pair(cell, found)) is not None:
-        found = [c for k, c in enumerate(found) if k not in slack]
-    return found
-
-
-def _slack_pair(cell: "Cell", found: list[Crossing]) -> frozenset[int] | None:
-    """Two crossings that follow each other along both of their strands, with the same one over."""
-    neighbours: dict[frozenset[int], set[bool]] = {}
-    for line in sequences(cell, found):
-        for (k, over), (k2, over2) in pairwise([*line, *line[:1]]):
-            if k == k2 or over != over2 or strand_met(cell, found[k], over) != strand_met(cell, found[k2], over):
-                continue
-            seen = neighbours.setdefault(frozenset((k, k2)), set())
-            if seen and over not in seen:
-                return frozenset((k, k2))
-            seen.add(over)
-    return None
-
-
-@dataclass(frozen=True)
-class LoopCrossing:
-    """Crossing of two courses: course and wale of the lower loop, its place along both, and whether it lies over."""
-
-    course: int
-    wale: int
-    lower_place: float
-    upper_place: float
-    lower_over: bool
-    apart: int  # courses from the lower to the upper strand
-
-
-def loop_crossings(cell: "Cell") -> list[LoopCrossing]:
-    """Crossings of the courses of loops with each other, without pairs that are only slack.
-
-    Places count loops. The wale is that of the lower strand, which is crossed near its needle arc: the sinker arc of
-    the upper one may lie anywhere between two wales.
-    """
-    wales, courses = cell.spec.repeat
-    loops = [one for one in crossings(cell) if cell.curves[one.over].system == cell.curves[one.under].system == KNIT]
     found = []
-    for one in remove_slack_pairs(cell, loops):
-        over, under = cell.curves[one.over], cell.curves[one.under]
-        apart = under.index + courses * one.image[1] - over.index
-        per_loop = len(over.points) / wales
-        places = [one.over_place / per_loop, one.under_place / per_loop]
-        if lower_over := apart > 0:
-            lower, places[1] = over, places[1] + wales * one.image[0]
-        else:
-            lower, places = under, [places[1], places[0] - wales * one.image[0]]
-        found.append(LoopCrossing(lower.index, int(places[0]), places[0], places[1], lower_over, abs(apart)))
+    for i, j in np.argwhere((t >= 0) & (t < 1) & (u >= 0) & (u < 1)):
+        first = start[i, 2] + t[i, j] * chord[i, 2]
+        second = other[j, 2] + u[i, j] * other_chord[j, 2]
+        found.append((float(i + t[i, j]), float(j + u[i, j]), bool(first > second)))
     return found
+
+
+#: part of a loop that the loop above passes, and parts of the loop above with its feet, from the sinker arc on [-]
+HEAD, FEET = (0.2, 0.8), ((-0.15, 0.35), (0.65, 1.15))
 
 
 def stitch_codes(cell: "Cell") -> dict[tuple[int, int], str]:
-    """Code by course and wale of how the course above interlaces with a loop, such as ``OUUO``.
+    """Code by course and wale of how the loop above interlaces with a loop, such as ``OUUO``.
 
-    It tells along the loop where it lies over (O) or under (U) the course above. ``?`` marks crossings whose order
-    along the course above is another one, or with courses farther away. Legs of a narrow loop may cross each other: the
-    two crossings with the needle arc then change their order (Reidemeister III).
+    It tells along the loop where it lies over (O) or under (U) the loop above, without pairs that are only slack. Each
+    loop is seen from its own face, because slack loops turn: across the line between its legs and the way from its
+    feet to its head. ``?`` marks crossings whose order along the loop above is another one. Legs of a narrow loop may
+    cross each other: the two crossings with the needle arc then change their order (Reidemeister III).
     """
     wales, courses = cell.spec.repeat
     codes = {}
-    for place in np.ndindex(courses, wales):
-        met = [one for one in loop_crossings(cell) if (one.course, one.wale) == place]
-        met.sort(key=lambda one: one.lower_place)
-        code = "".join("O" if one.lower_over else "U" for one in met)
-        above = sorted(met, key=lambda one: one.upper_place)
-        crossed = [met[0], met[2], met[1], met[3]] if len(met) == 4 else met
-        codes[place] = code + ("?" if above not in (met, crossed) or any(one.apart > 1 for one in met) else "")
+    for course, wale in np.ndindex(courses, wales):
+        loop = _part_of_course(cell, course, wale, *HEAD)
+        feet = [_part_of_course(cell, course + 1, wale, *part) for part in FEET]
+        face = _face_of_loop(cell, course, wale)
+        found = []
+        for number, foot in enumerate(feet):
+            lines = [line @ face.T for line in (loop, foot)]
+            met = line_crossings(lines[0][:-1], np.diff(lines[0], axis=0), lines[1][:-1], np.diff(lines[1], axis=0))
+            found += [(here, number * len(foot) + there, over) for here, there, over in met]
+        along = _without_slack_pairs(sorted(found))
+        above = sorted(along, key=lambda one: one[1])
+        crossed = [along[0], along[2], along[1], along[3]] if len(along) == 4 else along
+        code = "".join("O" if over else "U" for *_, over in along)
+        codes[course, wale] = code + ("" if above in (along, crossed) else "?")
     return codes
+
+
+def _without_slack_pairs(found: list[tuple[float, float, bool]]) -> list[tuple[float, float, bool]]:
+    """Drop pairs of crossings that follow each other along both lines with the same one over (Reidemeister II)."""
+    above = sorted(found, key=lambda one: one[1])
+    for one, other in pairwise(found):
+        if len(found) > 4 and one[2] == other[2] and abs(above.index(one) - above.index(other)) == 1:
+            return _without_slack_pairs([k for k in found if k not in (one, other)])
+    return found
+
+
+def _part_of_course(cell: "Cell", course: int, wale: int, start: float, end: float) -> Array:
+    """Points (n, 3) [mm] of the loop of a stitch between two shares of it from its sinker arc on."""
+    wales, courses = cell.spec.repeat
+    curve = cell.of(KNIT)[course % courses]
+    per_loop, count = len(curve.points) // wales, len(curve.points)
+    number = np.arange(round((wale + start) * per_loop), round((wale + end) * per_loop) + 1)
+    points = curve.points[number % count] + (number // count)[:, None] * curve.period
+    return np.asarray(points + np.array([0.0, (course // courses) * cell.spec.size[1], 0.0]))
+
+
+def _face_of_loop(cell: "Cell", course: int, wale: int) -> Array:
+    """Axes (3, 3), rows, of a loop: from its left to its right leg, from its feet to its head, towards its face."""
+    loop = _part_of_course(cell, course, wale, 0.0, 1.0)
+    n = len(loop) - 1
+    left, right = loop[n // 8 : 3 * n // 8].mean(axis=0), loop[5 * n // 8 : 7 * n // 8].mean(axis=0)
+    up = loop[3 * n // 8 : 5 * n // 8].mean(axis=0) - 0.5 * (loop[0] + loop[-1])
+    face = np.cross(right - left, up)
+    face /= np.linalg.norm(face)
+    up /= np.linalg.norm(up)
+    return np.array([np.cross(up, face), up, face])
 
 
 def predicted_code(side: int) -> str:
@@ -185,14 +148,16 @@ def predicted_code(side: int) -> str:
     return "OUUO" if side > 0 else "UOOU"
 
 
-def check_topology(cell: "Cell", start: "Cell") -> None:
+def check_topology(cell: "Cell", start: "Cell", continuous: bool = False) -> None:
     """Raise :class:`NumericalError` naming the yarn whose interlacing is wrong, :class:`InputError` for a loose inlay.
 
     Loops interlace as their stitches predict. Layers of inlays lie in their order from back to face. Where a loop lies
     before or behind all layers in ``start``, it still does: legs of knit stitches before, their sinker arcs behind.
-    Where a slack sinker arc dips behind the weft of the course below, the order of the layers holds.
+    Where a slack sinker arc dips behind the weft of the course below, the order of the layers holds. Where ``cell``
+    arose from ``start`` in a ``continuous`` motion, in which no yarn passed another, its loops interlace as those of
+    the start: slack loops of rib turn until neither face shows how.
     """
-    for (course, wale), code in stitch_codes(cell).items():
+    for (course, wale), code in stitch_codes(start if continuous else cell).items():
         wanted = predicted_code(cell.spec.side(wale, course + 1))
         if code != wanted:
             raise NumericalError(
