@@ -30,7 +30,7 @@ from knittest.config.laws import (
     check_points,
 )
 from knittest.config.structure import Direction, InlayLayer, Inlays, grid_of, inlays_of, repeat_of
-from knittest.config.yarn import KnittingYarn, ReinforcingYarn, strength_of
+from knittest.config.yarn import KnittingYarn, ReinforcingYarn, Yarn, strength_of
 from knittest.config.yarn_card import derived_entry, is_filled, number_of
 
 #: measured area mass over that of the yarns; beyond, densities, loop length or tex are of another fabric
@@ -233,6 +233,17 @@ class Fabric(Strict):
         """Systems of inlays of ``direction``."""
         return [one for one in self.inlays if one.direction == direction]
 
+    @property
+    def is_plain(self) -> bool:
+        """Tell whether all stitches are knit."""
+        return all(side > 0 for row in self.grid for side in row)
+
+    @property
+    def yarn_cards(self) -> dict[str, Yarn]:
+        """Yarns of inlays and loops by their config field."""
+        found: dict[str, Yarn] = {one.field: one.yarn for one in self.inlays}
+        return found if self.knitting is None else found | {"knitting": self.knitting}
+
     def inlays_of_system(self, name: str) -> Inlays:
         """System of inlays called ``name``."""
         return next(one for one in self.inlays if one.name == name)
@@ -240,6 +251,21 @@ class Fabric(Strict):
     def inlay_density_per_mm(self, direction: str) -> float:
         """Inlays of ``direction`` per length across them [1/mm], those of all layers."""
         return sum(one.share for one in self.inlays_along(direction)) * self.density_per_mm.of(direction)
+
+    def straight_failure_strain(self, direction: str) -> float:
+        """Strain [-] of the fabric at which the first inlays along ``direction`` are straight and fail; inf without."""
+        return min(
+            ((1.0 + i.crimp) * (1.0 + i.yarn.fracture_strain_fraction) - 1.0 for i in self.inlays_along(direction)),
+            default=math.inf,
+        )
+
+    def yarn_bending_n_mm(self, direction: str) -> float:
+        """Bending stiffness per width [N mm] of the inlays along ``direction``, side by side; without inlays there that
+        of the loops: two legs to a wale, or one yarn to a course.
+        """
+        inlays = sum(one.share * one.bending for one in self.inlays_along(direction))
+        loops = {"warp": 2.0, "weft": 1.0}[direction] * self.knitting.bending_stiffness_n_mm2 if self.knitting else 0.0
+        return (inlays or loops) * self.density_per_mm.of(direction)
 
     @property
     def has_yarns(self) -> bool:

@@ -38,7 +38,7 @@ def with_in_plane_bending(fabric: Fabric) -> Fabric:
     A number that was derived before is derived again, so that it follows changed yarns and densities.
     """
     stated = fabric.macro.in_plane_bending
-    if fabric.reinforcing is None:
+    if any(not fabric.inlays_along(d) for d in get_args(Direction)):
         return fabric
     kept = {} if stated is None else {d: stated.of(d) for d in get_args(Direction) if not is_derived(stated.of(d))}
     return _replace_bending(fabric, PerDirection(**{d: _derive(fabric, d) for d in get_args(Direction)} | kept))
@@ -55,13 +55,16 @@ def _replace_bending(fabric: Fabric, bending: PerDirection | None) -> Fabric:
 
 
 def _derive(fabric: Fabric, direction: Direction) -> Quantity:
-    yarn = fabric.reinforcing.bending_stiffness.of(direction)
     density = fabric.warp_density if direction == "warp" else fabric.weft_density
-    value = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
+    value, yarns = fabric.yarn_bending_n_mm(direction), []
+    for one in fabric.inlays_along(direction):
+        bending = one.yarn.bending_stiffness.of(direction)
+        every = "" if one.share == 1.0 else f" x {one.share:.3g}"
+        yarns.append(f"{one.field}.bending_stiffness.{direction} {bending.value:g} N mm2 ({bending.source}){every}")
     return Quantity(
         value=value,
         source="derived",
-        ref=f"{FORMULA}: reinforcing.bending_stiffness.{direction} {yarn.value:g} N mm2 ({yarn.source}) x "
+        ref=f"{FORMULA}: {' + '.join(yarns)} x "
         f"{direction}_density {density.value:g} / 100 mm ({density.source}){_stiffness_text(value)}",
     )
 
@@ -71,7 +74,7 @@ def _stiffness_text(value: float) -> str:
 
 
 #: parts of a fabric that the macro model and that the meso model do not read; the latter compares with tension curves
-YARN_FIELDS = (*YARN_LEVEL, "warp_density", "weft_density")
+YARN_FIELDS = (*YARN_LEVEL, "stitches", "warp_density", "weft_density")
 OF_SHELLS, REFERENCE = ("macro",), ("macro.tension",)
 #: largest number of fields in a warning
 MOST_NAMED = 4
@@ -116,8 +119,8 @@ def unused_field_warnings(run: Run) -> Iterator[str]:
         if law.unloading_stiffness is not None and law.friction_share.value == 0.0:
             yield _unused_text("macro.shear.unloading_stiffness", "friction_share is 0")
         return
-    for system in ("reinforcing", "knitting"):
-        axial = getattr(fabric, system).law
+    for system, yarn in fabric.yarn_cards.items():
+        axial = yarn.law
         if axial.toe_strain and axial.kind != "toe":
             yield _unused_text(f"{system}.law.toe_strain", f"kind is {axial.kind}")
         if axial.points and axial.kind != "table":
@@ -189,14 +192,14 @@ def find_suspicious_values(run: Run) -> list[str]:
 
 def _thickness_notes(fabric: Fabric) -> Iterator[str]:
     """Warning about a thickness that does not fit the yarns; far outside, it is an error."""
-    if fabric.reinforcing is None or fabric.knitting is None:
+    if not fabric.has_yarns or fabric.knitting is None or not fabric.is_plain:
         return
-    inlays = sum(fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft"))
+    inlays = sum(one.section_mm[1] for one in fabric.inlays)
     made, stated = inlays + 2.0 * fabric.knitting.beam_diameter_mm, fabric.thickness
     low, high = (share * made for share in THICKNESS)
     if not low <= stated.value <= high:
         yield (
-            f"fabric.thickness = {stated.value:g} mm ({stated.source}), expected {low:.3g} to {high:.3g} mm: two "
+            f"fabric.thickness = {stated.value:g} mm ({stated.source}), expected {low:.3g} to {high:.3g} mm: "
             f"inlays and two knitting yarns make {made:.3g} mm. Correct thickness or beam_diameter of the yarns"
         )
 
@@ -226,8 +229,9 @@ def _fraction_notes(run: Run) -> Iterator[str]:
     """Warnings about a slack or loop shortening near 0; no error, because studies vary them from 0."""
     if run.model.scale == "macro":
         return
-    slack, draw_in = run.fabric.reinforcing.slack, run.fabric.knitting.loop_shortening
-    given = [(f"reinforcing.slack.{d}", slack.of(d).value, LEAST_SLACK) for d in ("warp", "weft")]
+    draw_in, inlays = run.fabric.knitting.loop_shortening, run.fabric.inlays
+    slacks = {f"{i.field}.slack.{i.direction}": i.yarn.slack.of(i.direction).value for i in inlays}
+    given = [(field, value, LEAST_SLACK) for field, value in slacks.items()]
     given += [("knitting.loop_shortening", draw_in.value, LEAST_DRAW_IN)] if draw_in else []
     for name, value, least in given:
         if 0.0 < value < least:

@@ -55,7 +55,7 @@ def _needed_features(run: Run) -> list[str]:
         CONTACT: not meso and run.model.macro.self_contact,
         TOOLS: kind.tools,
         SPIN: meso and contact is not None and contact.patch is not None,
-        OVAL: meso and run.fabric.reinforcing.section is not None,
+        OVAL: meso and any(one.yarn.section is not None for one in run.fabric.inlays),
         PERIODIC: kind.periodic,
     }
     return [name for name, so in wanted.items() if so]
@@ -187,7 +187,7 @@ class _PullRig:
 
 def _crossing_yarns(run: Run) -> ExplicitModel:
     along = np.arange(-5.0, 5.01, 0.5)
-    heights = [run.fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft")]
+    heights = [one.section_mm[1] for one in run.fabric.inlays]
     zero, above = np.zeros_like(along), np.full_like(along, 0.5 * sum(heights))
     paths = [
         YarnPath("warp", 0, np.column_stack([zero, along, zero])),

@@ -173,7 +173,10 @@ def relax_yarns(
 
 
 def _inlay_stiffness(prepared: PreparedSpecimen, run: CantileverRun) -> float:
-    return run.fabric.reinforcing.bending_stiffness_n_mm2.of(run.rig.direction) * len(_tips(prepared, run))
+    fabric, direction = run.fabric, run.rig.direction
+    if len(fabric.inlays_along(direction)) == 1:
+        return fabric.inlays_along(direction)[0].bending * len(_tips(prepared, run))
+    return fabric.yarn_bending_n_mm(direction) * prepared.facts["width_mm"]
 
 
 def _report_from(observer: Observer, share: float) -> Look:
@@ -211,8 +214,12 @@ def _strip_mount(prepared: PreparedSpecimen) -> StripMount:
 
 
 def _tips(prepared: PreparedSpecimen, run: CantileverRun) -> NDArray[np.int64]:
-    mesh = prepared.model.mesh
-    of = mesh.part == mesh.part_names.index(run.rig.direction)
+    """Free ends of the inlays along the strip; without inlays there, the nodes at its free edge."""
+    mesh, systems = prepared.model.mesh, [one.name for one in run.fabric.inlays_along(run.rig.direction)]
+    if not systems:
+        along = _strip_mount(prepared).flat[:, 1]
+        return np.flatnonzero(along >= along.max() - 0.25 * pitch(run, run.rig.direction))
+    of = np.isin(mesh.part, [mesh.part_names.index(name) for name in systems])
     cells, yarn = mesh.cells[of], mesh.yarn[of]
     return cells[np.append(yarn[1:] != yarn[:-1], True), 1]
 

@@ -166,7 +166,7 @@ def _estimated_overhang(run: CantileverRun) -> float:
     """Overhang [mm] of a chord angle of 41.5 deg by Eq. 2 and the input bending stiffness per width [N mm]."""
     fabric, direction = run.fabric, run.rig.direction
     if _is_meso(run) or fabric.macro.bending_stiffness is None:
-        stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(direction) * fabric.density_per_mm.of(direction)
+        stiffness = fabric.yarn_bending_n_mm(direction)
     else:
         stiffness = fabric.macro.bending_stiffness_n_mm.of(direction)
     return float(2.0 * (stiffness / (fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2)) ** (1.0 / 3.0))

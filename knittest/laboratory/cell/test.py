@@ -8,6 +8,7 @@ import numpy as np
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import Array, History, Quality
 from knittest.base.units import round_down
+from knittest.config.structure import KNIT
 from knittest.fabric.relaxation import relaxed_cell
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.cell.config import TENSION_PATHS, CellRun
@@ -106,8 +107,8 @@ class Recorder:
 
     def __init__(self, run: CellRun, mount: CellTest, observer: Observer) -> None:
         self.run, self.mount, self.model, self.observer = run, mount, mount.model, observer
-        inlay, loop = (yarn.fracture_strain_fraction for yarn in (run.fabric.reinforcing, run.fabric.knitting))
-        self.fracture = {"warp": inlay, "weft": inlay, "knit": loop}
+        self.fracture = {one.name: one.yarn.fracture_strain_fraction for one in run.fabric.inlays}
+        self.fracture[KNIT] = run.fabric.knitting.fracture_strain_fraction
         self.reached = 0.0
 
     def __getattr__(self, name: str) -> Any:
@@ -169,12 +170,12 @@ class Cell(FabricTest[CellRun]):
 
     def check_run(self, run: CellRun) -> None:
         """Raise :class:`InputError` for a strain at which even straight yarns are torn."""
-        rig, yarn = run.rig, run.fabric.reinforcing
+        rig = run.rig
         for system in ("warp", "weft"):
             share = {"warp": 1.0, "weft": rig.ratio}[system] / max(1.0, rig.ratio) if rig.path == "biaxial" else 1.0
             if rig.at_fracture == "ends" or rig.path not in (system, "biaxial") or share == 0.0:
                 continue
-            most = (1.0 + yarn.crimp_fraction.of(system)) * (1.0 + yarn.fracture_strain_fraction) - 1.0
+            most = run.fabric.straight_failure_strain(system)
             if rig.max_strain_fraction * share > most:
                 raise InputError(
                     f"rig.max_strain = {rig.max_strain:g} % tears the {system} yarns, even straight ones, at "

@@ -10,7 +10,7 @@ from knittest.base.history import Array, Frame, History, Mesh
 from knittest.config.fabric import Direction
 from knittest.config.run import Run
 from knittest.laboratory.base import tension_curve
-from knittest.materials.yarn_section import sections
+from knittest.materials.yarn_section import sections, systems_of
 from knittest.tooling.toolset import ToolSet
 
 Index = NDArray[np.int64]
@@ -45,7 +45,7 @@ def measure_mid_surface(history: History, frame: Frame, tools: ToolSet, thicknes
     """Mid-surface in ``frame``, the stamp ``travel`` [mm] down from its start on the blank of ``thickness`` [mm]."""
     mesh = history.mesh  # the mid-surface is that of the sheet, or of the reinforcing yarns
     inlays = np.isin(mesh.part, [k for k, name in enumerate(mesh.part_names) if name != "knit"])
-    nodes = np.unique(mesh.cells[inlays])
+    nodes = np.unique(mesh.cells[inlays if inlays.any() else slice(None)])
     start, now = history.frames[0].position[nodes], frame.position[nodes]
     half, offset, up = 0.5 * thickness, start[:, 2], np.array([0.0, 0.0, STEP])
     steep = np.cos(np.deg2rad(FOLLOW_ANGLE))
@@ -210,9 +210,10 @@ def strengths(run: Run) -> dict[str, float]:
     if run.model.scale == "macro":
         curves = {d: tension_curve(run.fabric, d) for d in DIRECTIONS}
         return {d: float(c.mean.max()) / run.fabric.density_per_mm.of(d) for d, c in curves.items()}
-    inlays, loops, found = run.fabric.reinforcing, run.fabric.knitting, {}
-    for name, card in zip(("warp", "weft", "knit"), sections(run.fabric), strict=True):
-        strain = (loops if name == "knit" else inlays).fracture_strain_fraction
+    yarns = [*(one.yarn for one in run.fabric.inlays), run.fabric.knitting]
+    found = {}
+    for name, yarn, card in zip(systems_of(run.fabric), yarns, sections(run.fabric), strict=True):
+        strain = yarn.fracture_strain_fraction
         found[name] = float((card.hinge_slope * np.maximum(strain - card.hinge_strain, 0.0)).sum())
     return found
 

@@ -105,9 +105,10 @@ def no_bending_note(run: FormingRun) -> tuple[str, ...]:
 
 def in_plane_bending_remedy(run: FormingRun) -> str:
     """Settings that give the inlays an in-plane bending stiffness: the switch, or numbers that cannot be derived."""
-    if run.fabric.reinforcing is None:
+    if any(not run.fabric.inlays_along(direction) for direction in ("warp", "weft")):
         return (
-            "the fabric has no inlays to derive it from: give fabric.macro.in_plane_bending.warp and .weft [N mm], EI "
+            "the fabric has no inlays in one direction to derive it from: give fabric.macro.in_plane_bending.warp and "
+            ".weft [N mm], EI "
             "of an inlay x inlays per width"
         )
     return "use --set rig.in_plane_bending=true"

@@ -104,7 +104,7 @@ class Forming(FabricTest[FormingRun]):
             "draw_in_max_mm": float(edge.drawn.max()),
             "draw_in_warp_mm": 0.5 * (edge.middle("warp_low") + edge.middle("warp_high")),
             "draw_in_weft_mm": 0.5 * (edge.middle("weft_low") + edge.middle("weft_high")),
-            "max_yarn_force_n": float(forces["force_n"][forces["system"] != "knit"].max()),
+            "max_yarn_force_n": float(_inlay_forces(forces).max()),
             "max_yarn_utilisation_pct": float(forces["utilisation_pct"].max()),
             **strains,
             "yarns_at_risk": float(np.count_nonzero(forces["utilisation_pct"] > 100.0 * run.rig.risk_share)),
@@ -146,12 +146,18 @@ def drag_ratio(run: FormingRun, prepared: PreparedSpecimen) -> float:
     return drag / held if held > 0.0 else np.inf if drag > 0.0 else 0.0
 
 
+def _inlay_forces(forces: dict[str, Array]) -> Array:
+    """Forces [N] of the inlays, of the loops where there are none."""
+    inlays = forces["system"] != "knit"
+    return np.asarray(forces["force_n"][inlays if inlays.any() else slice(None)])
+
+
 def allowed_depth(run: FormingRun) -> float:
     """Largest allowed penetration of a tool [um]."""
     fabric = run.fabric
     if run.model.scale == "macro":
         return 1e3 * LARGEST_DEPTH_SHARE * 0.5 * fabric.thickness_mm
-    heights = [fabric.reinforcing.section_mm(direction)[1] for direction in ("warp", "weft")]
+    heights = [one.section_mm[1] for one in fabric.inlays]
     return 1e3 * LARGEST_DEPTH_SHARE * 0.5 * min(*heights, fabric.knitting.beam_diameter_mm)
 
 

@@ -37,7 +37,10 @@ class TensileRun(Run):
         rig = self.rig
         if self.model.scale == "macro" and rig.jaw_length > rig.gauge_length:
             raise BoundsError(f"must be at most rig.gauge_length, {rig.gauge_length:g} mm", "rig.jaw_length")
-        quantity, name = getattr(self.fabric.reinforcing, "fracture_strain", None), "reinforcing.fracture_strain"
+        inlays = self.fabric.inlays_along(rig.direction)
+        quantity, name = (
+            (inlays[0].yarn.fracture_strain, f"{inlays[0].field}.fracture_strain") if inlays else (None, "")
+        )
         if self.model.scale == "macro":
             if "tension" in self.fabric.macro.missing_card_parts:
                 return self  # until the card is derived

@@ -83,10 +83,12 @@ def failure_strain(run: TensileRun) -> float:
     direction = run.rig.direction
     if run.model.scale == "macro":
         return float(run.fabric.macro.fracture_strain.of(direction).value)
-    yarn = run.fabric.reinforcing
-    fracture, length = yarn.fracture_strain, getattr(yarn.crimp, direction).value
-    slack = getattr(yarn.slack, direction).value
-    return float(fracture.value + LAST_YARNS * (fracture.sd or 0.0) + length + slack)
+    last = [run.rig.max_strain]
+    for one in run.fabric.inlays_along(direction):
+        fracture, length = one.yarn.fracture_strain, one.yarn.crimp.of(direction).value
+        slack = one.yarn.slack.of(direction).value
+        last.append(float(fracture.value + LAST_YARNS * (fracture.sd or 0.0) + length + slack))
+    return max(last[1:] or last)
 
 
 #: samples by which the last one before a break may be early (a break lowers the next one), and for the rate of force

@@ -15,7 +15,7 @@ from knittest.config.yarn_card import MARK, is_filled
 from knittest.fabric.cell import STITCHES, Cell
 from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.topology import bundle_peak, draw
-from knittest.materials.yarn_section import sections
+from knittest.materials.yarn_section import sections, systems_of
 from knittest.runs.preflight.measured_counterparts import DIRECTIONS, Counterpart, largest_force, make_counterpart
 
 #: yarns of the bundle whose strength is compared
@@ -35,9 +35,8 @@ THICKNESS, MASS, CRIMP, LOOP = 0.05, 0.10, 0.10, 0.005
 def derived_numbers(fabric: Fabric) -> dict[str, Quantity]:
     """Values derived from the fibre of a yarn, by field; those of the contact come from the yarn of the loops."""
     found: dict[str, Quantity] = {}
-    for system in ("reinforcing", "knitting"):
-        yarn = getattr(fabric, system)
-        for name in () if yarn is None or yarn.fibre is None else type(yarn).model_fields:
+    for system, yarn in fabric.yarn_cards.items():
+        for name in () if yarn.fibre is None else type(yarn).model_fields:
             entry = getattr(yarn, name)
             parts = {f".{d}": entry.of(d) for d in DIRECTIONS} if isinstance(entry, PerDirection) else {"": entry}
             found |= {f"{system}.{name}{part}": number for part, number in parts.items() if is_filled(number)}
@@ -72,7 +71,7 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         DENSITY, ("warp_density", "weft_density"),
     )  # fmt: skip
     for direction in DIRECTIONS:
-        if "tension" not in fabric.macro.missing_card_parts:
+        if "tension" not in fabric.macro.missing_card_parts and len(fabric.inlays_along(direction)) == 1:
             yield from _bundle_counterparts(fabric, direction)
         yield from _bending_counterparts(fabric, direction)
     try:
@@ -83,8 +82,7 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
 
 def _fibre_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
     """Compare the packing of stated diameters, and stiffness and strength per mass where the fibre is named."""
-    for system in ("reinforcing", "knitting"):
-        yarn = getattr(fabric, system)
+    for system, yarn in fabric.yarn_cards.items():
         rows = [("packing", "beam_diameter", "", packing_of(yarn), 0.6, PACKING, "fibres in the circle, 0.3 to 0.9")]
         if (blend := yarn.blend) is not None:
             tex, usual = yarn.linear_density.value, blend.failure(None)[1] * blend.modulus / 100.0
@@ -106,31 +104,33 @@ def _fibre_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
 
 def _bundle_counterparts(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
     """Compare curve and fracture strain of the strip with a bundle of yarns of scattered strength (Daniels, 1945)."""
-    yarn = fabric.reinforcing
-    card = dict(zip(("warp", "weft"), sections(fabric), strict=False))[direction]
+    inlays = fabric.inlays_along(direction)[0]
+    yarn, card = inlays.yarn, dict(zip(systems_of(fabric), sections(fabric), strict=True))[inlays.name]
     fracture = yarn.fracture_strain_fraction
     force = float((card.hinge_slope * np.maximum(fracture - card.hinge_strain, 0.0)).sum())
-    peak, strain = bundle_peak(draw(fabric, Variability(), direction, BUNDLE, 0), force / fracture)
+    peak, strain = bundle_peak(draw(fabric, Variability(), inlays.name, BUNDLE, 0), force / fracture)
     stated, kind = largest_force(fabric, direction)
     if stated is not None:
-        found = fabric.density_per_mm.of(direction) * peak / BUNDLE
+        found = fabric.inlay_density_per_mm(direction) * peak / BUNDLE
         yield Counterpart(
             f"{direction} curve, largest force", f"macro.tension.{direction}", "N/mm", stated, kind, found,
             "bundle of the yarns: density, modulus, area, fracture strain and its sd", STRENGTH * found,
-            (f"{direction}_density", *(f"reinforcing.{n}" for n in ("youngs_modulus", "load_area", "fracture_strain"))),
+            (f"{direction}_density",
+             *(f"{inlays.field}.{n}" for n in ("youngs_modulus", "load_area", "fracture_strain"))),
         )  # fmt: skip
     quantity = fabric.macro.fracture_strain.of(direction)
     straight = 100.0 * ((1.0 + yarn.crimp_fraction.of(direction)) * (1.0 + strain) - 1.0)
     yield make_counterpart(
         f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%", quantity, straight,
         "bundle of the yarns, with crimp and slack", STRAIN,
-        ("reinforcing.fracture_strain", *(f"reinforcing.{name}.{direction}" for name in ("crimp", "slack"))),
+        (f"{inlays.field}.fracture_strain", *(f"{inlays.field}.{name}.{direction}" for name in ("crimp", "slack"))),
     )  # fmt: skip
 
 
 def _bending_counterparts(fabric: Fabric, direction: Direction) -> Iterator[Counterpart]:
     """Compare the bending out of the plane, and in the plane where the fabric states it."""
-    yarns = fabric.density_per_mm.of(direction) * fabric.reinforcing.bending_stiffness_n_mm2.of(direction)
+    yarns = fabric.yarn_bending_n_mm(direction)
+    fields = [f"{one.field}.bending_stiffness.{direction}" for one in fabric.inlays_along(direction)]
     stated = {
         "bending stiffness": ("bending_stiffness", fabric.macro.bending_stiffness),
         "bending stiffness in the plane": ("in_plane_bending", fabric.macro.in_plane_bending),
@@ -141,7 +141,7 @@ def _bending_counterparts(fabric: Fabric, direction: Direction) -> Iterator[Coun
         yield make_counterpart(
             f"{direction} {name}", f"macro.{field}.{direction}", "N mm", quantity.of(direction), yarns,
             "yarns side by side: density x reinforcing.bending_stiffness", BENDING,
-            (f"{direction}_density", f"reinforcing.bending_stiffness.{direction}"),
+            (f"{direction}_density", *(fields or ["knitting.bending_stiffness"])),
         )  # fmt: skip
 
 

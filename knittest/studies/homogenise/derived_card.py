@@ -227,10 +227,11 @@ def _scattered_tension(fabric: Fabric, direction: Direction, strain: Array, forc
     """Strain [%] and force [N/mm] of a strip of yarns with scatter of strength and slack, from those of equal yarns
     that fail at the last strain: a bundle (Daniels, 1945) of the yarns of a standard strip.
     """
-    drawn = draw(fabric, Variability(), direction, round(STRIP * fabric.density_per_mm.of(direction)), 0)
+    inlays = fabric.inlays_along(direction)[0]
+    drawn = draw(fabric, Variability(), inlays.name, round(STRIP * fabric.density_per_mm.of(direction)), 0)
     if np.ptp(drawn.fracture_strain) == 0.0 and not drawn.slack.any():
         return strain, force
-    longer = (1.0 + strain[-1] / 100.0) / (1.0 + fabric.reinforcing.fracture_strain_fraction)
+    longer = (1.0 + strain[-1] / 100.0) / (1.0 + inlays.yarn.fracture_strain_fraction)
     slack = 100.0 * drawn.slack
     breaks = 100.0 * (longer * (1.0 + drawn.fracture_strain) - 1.0) + slack
     grid = np.union1d(strain, breaks[breaks < strain[-1]])

@@ -68,7 +68,7 @@ def meso_run(request: Request, piece: PlannedTest) -> Run:
         raise InputError("variability.specimens: a card is made of single specimens: leave it at 1")
     if isinstance(run, CantileverRun):  # without loops it would hang at a chord of 41.5 deg
         fabric, along = run.fabric, run.rig.direction
-        stiffness = fabric.reinforcing.bending_stiffness_n_mm2.of(along) * fabric.density_per_mm.of(along)
+        stiffness = fabric.yarn_bending_n_mm(along)
         overhang = run.rig.overhang or round(overhang_for_chord(stiffness, run), 1)
         length = max(run.rig.length, LENGTH_FACTOR * overhang)
         more = [
@@ -171,8 +171,7 @@ def cell_run(request: Request, piece: PlannedTest) -> Run:
         raise InputError("variability.specimens: all yarns of a cell are equal: leave it at 1")
     usual = []  # tensile paths reach yarn failure, and the shear law ends beyond 40 deg
     if piece.kind == "tensile":
-        yarn = run.fabric.reinforcing
-        most = (1.0 + yarn.crimp_fraction.of(str(piece.direction))) * (1.0 + yarn.fracture_strain_fraction) - 1.0
+        most = run.fabric.straight_failure_strain(str(piece.direction))
         usual = [command_setting("rig.max_strain", round(100.0 * STRAIN_MARGIN * most, 4))]
     elif piece.kind == "picture-frame":
         usual = [command_setting("rig.max_angle", ANGLE)]
