@@ -7,7 +7,7 @@ import numpy as np
 from knittest.base.errors import InputError
 from knittest.base.files import read_regular
 from knittest.base.units import to_kernel
-from knittest.materials.biaxial import BiaxialTable
+from knittest.materials.biaxial_table import BiaxialTable
 
 MAX_BYTES = 10_000_000
 COLUMNS = ("strain_warp_pct", "strain_weft_pct", "force_warp_n_per_mm", "force_weft_n_per_mm")

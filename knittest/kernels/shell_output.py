@@ -75,7 +75,7 @@ def _stretching_energy(energy, strains, alone, laminate):
     """Energy of the membrane per area; ``alone`` are those of both directions, if they have laws of their own."""
     if energy is None:
         return alone[0] + alone[1] + laminate.coupling_membrane * strains[0] * strains[1]
-    else:  # noqa: RET505 - a branch that is not compiled
+    else:
         return biaxial_energy(laminate, strains[0], strains[1])
 
 
@@ -94,7 +94,7 @@ def _membrane_forces(energy, strains, laminate):
     if energy is None:
         warp, weft = _force_alone(strains[0], 0, laminate), _force_alone(strains[1], 1, laminate)
         return warp + laminate.coupling_membrane * strains[1], weft + laminate.coupling_membrane * strains[0]
-    else:  # noqa: RET505 - a branch that is not compiled
+    else:
         return biaxial_forces(laminate, strains[0], strains[1])
 
 

@@ -22,7 +22,7 @@ from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve, to_force_per_width
 from knittest.experiment.origin import borrowed_curves
 from knittest.kernels.shell_state import Laminate
-from knittest.materials.biaxial import BiaxialTable
+from knittest.materials.biaxial_table import BiaxialTable
 from knittest.materials.laminate import DIRECTIONS, fit_table, laminate
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel

@@ -10,10 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from knittest.base.arrays import Array, Flags
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.kernels.biaxial import sample_law, sample_table
+from knittest.materials.biaxial_table import BiaxialTable
 
 #: largest deviation of the forces of a table from those of an energy, over the largest force
 LARGEST_DEVIATION = 0.05
@@ -33,30 +34,6 @@ CELLS_BEYOND = 2
 LATE = 1e-3
 
 
-@dataclass(frozen=True)
-class BiaxialTable:
-    """Force per width of warp and weft (n, m, 2) [N/mm] over rising strains ``warp`` (n,), ``weft`` (m,) [-].
-
-    A corner that a fabric cannot reach may be missing: not a number.
-    """
-
-    warp: Array
-    weft: Array
-    force: Array
-
-    @property
-    def samples(self) -> tuple[Array, Array]:
-        """Strains and forces of the rows, (n, 2) each."""
-        known = np.isfinite(self.force[..., 0])
-        return np.stack(np.meshgrid(self.warp, self.weft, indexing="ij"), axis=-1)[known], self.force[known]
-
-    def is_beyond(self, warp: Array, weft: Array) -> Flags:
-        """Tell which strains (n,) are above the strains of the table; below them a direction slackens."""
-        last = [np.flatnonzero(np.isfinite(row))[-1] for row in self.force[..., 0]]
-        end = np.interp(warp, self.warp, self.weft[last])
-        return np.asarray((warp > self.warp[-1]) | (weft > end))
-
-
 class BiaxialLaw(NamedTuple):
     """Fields of a law of two strains of :class:`knittest.kernels.shell_state.Laminate`."""
 
@@ -69,8 +46,8 @@ class BiaxialLaw(NamedTuple):
 
 @dataclass(frozen=True)
 class BiaxialFit:
-    """Law of a table, its largest ``deviation`` from the forces of the table over their largest, and the highest strains
-    of the table (2,) [-].
+    """Law of a table, its largest ``deviation`` from the forces of the table over their largest, and the table's highest
+    strains ``end`` (2,) [-].
     """
 
     law: BiaxialLaw
@@ -232,11 +209,11 @@ def _contraction(law: BiaxialLaw, direction: int, rest: Array, end: float, where
     if (bad & (pull <= end * (1.0 + 1e-9))).any():
         at = int(np.flatnonzero(bad)[0])
         name, other = ("warp", "weft") if direction == 0 else ("weft", "warp")
-        end = "lowest" if first[at] == 0 and below[at, 0] else "highest"
+        edge = "lowest" if first[at] == 0 and below[at, 0] else "highest"
         raise InputError(
             f"{where}: at strain_{name}_pct = {100 * pull[at]:.4g} the force of the {other} does not change its sign: "
-            f"{force[at, 0 if end == 'lowest' else -1]:.4g} N/mm at the {end} strain_{other}_pct, "
-            f"{100 * (low if end == 'lowest' else high):.4g}; expected rows on both sides of the strain to which a "
+            f"{force[at, 0 if edge == 'lowest' else -1]:.4g} N/mm at the {edge} strain_{other}_pct, "
+            f"{100 * (low if edge == 'lowest' else high):.4g}; expected rows on both sides of the strain to which a "
             f"strip pulled along the {name} contracts"
         )
     lower, upper = across[first - 1], across[first]

@@ -20,7 +20,8 @@ from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
 from knittest.kernels.laws import hinge_table, hinge_tables
 from knittest.kernels.shell_state import Laminate
-from knittest.materials.biaxial import BiaxialFit, BiaxialTable, fit_law
+from knittest.materials.biaxial import BiaxialFit, fit_law
+from knittest.materials.biaxial_table import BiaxialTable
 from knittest.materials.shear import ShearCurve, shear_table, thin_curve
 
 # Poisson coupling of a laminate's two directions, which leaves what strips of it do as it was.

@@ -1,7 +1,5 @@
 """Law of two strains: forces are the gradient of one energy, strips contract as it says, no state is above the step."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -13,15 +11,14 @@ from knittest.base.errors import InputError
 from knittest.kernels.biaxial import sample_law, sample_table
 from knittest.kernels.shell_output import shell_fields
 from knittest.kernels.shell_state import Laminate, build_shells
-from knittest.materials.biaxial import BiaxialFit, BiaxialTable, fit_law
+from knittest.materials.biaxial import BiaxialFit, fit_law
+from knittest.materials.biaxial_table import BiaxialTable
 from knittest.materials.laminate import laminate, limit_membrane, scale_membrane
 from knittest.models.in_plane import KINK, highest_stiffness
 from knittest.models.macro import build_sheet
 
 WARP, WEFT = np.linspace(-0.4, 0.6, 21), np.linspace(-0.72, 0.6, 23)
 REST = np.array([[1.5, 0.8], [0.8, 1.4]])
-#: fabric file of a knit, whose table is in the second place
-KNIT = Path("knit.csv")
 SQUARE = 2.0 * np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
 
 
