@@ -3,11 +3,13 @@
 W is a tensor product of uniform cubic B-splines on the range of a table. Beyond its highest strains and in compression
 it goes on from the nearest point p of the table, with d the strain less p:
 
-    W(p) + W_a d_a + W_b d_b + W_ab d_a d_b + (k_a d_a^2 + k_b d_b^2) / 2.
+    W(p) + W_a c_a + W_b c_b + W_ab c_a c_b + (k_a d_a^2 + k_b d_b^2) / 2,    c = d.
 
 Beyond the table k is a stated tangent. A direction slackens where its force would be negative, below the strain g to
-which the pull of the other one contracts it; there p follows g, and k is the stiffness in compression. Below zero in
-both directions W is the quadratic form at rest times the same share. All parts meet with equal forces, whatever g is.
+which the pull of the other one contracts it. There p follows g, k is the stiffness in compression, and
+c = d / (1 - d / s) with a small s: W_b at p is 0 but for the error of g, which does not grow with the slack. Below
+zero in both directions W is the quadratic form at rest times the same share. All parts meet with equal forces, whatever
+g is.
 """
 
 import numpy as np
@@ -18,6 +20,8 @@ from knittest.kernels.vec import ALLOCATING, INLINE
 #: rows of ``energy_range`` of a direction: lowest and highest strain [-], spline cells per strain, tangent beyond the
 #: table, stiffness in compression [N/mm]
 LOW, HIGH, PER_STRAIN, BEYOND, PUSHED = range(5)
+#: slack up to which the error of g counts, over the highest strain
+FADING = 0.01
 
 
 @njit(**INLINE)
@@ -83,25 +87,37 @@ def contracted(law, direction, pull):
 
 
 @njit(**INLINE)
+def _fading(d, limit):
+    """Way ``d`` < 0 that fades to ``limit``, and its derivative."""
+    share = 1.0 / (1.0 - d / limit)
+    return d * share, share * share
+
+
+@njit(**INLINE)
 def _nearest(law, a, b):
-    """Nearest point of the table, distances to it, tangents there, slopes of the point of one direction over the strain
-    of the other.
+    """Nearest point of the table, distances to it, tangents there; ways that fade with their derivatives; slopes of the
+    point of one direction over the strain of the other.
     """
     of = law.energy_range
     pull_a, pull_b = (a if a > 0.0 else 0.0), (b if b > 0.0 else 0.0)  # 0 where not a number
     pull_a, pull_b = min(pull_a, of[0, HIGH]), min(pull_b, of[1, HIGH])
     slack_b, slope_b = contracted(law, 0, pull_a)
     slack_a, slope_a = contracted(law, 1, pull_b)
-    tangent_a, tangent_b = of[0, BEYOND], of[1, BEYOND]
+    tangents = of[0, BEYOND], of[1, BEYOND]
     if a > 0.0 and b < slack_b:
-        slope_b = slope_b if a <= of[0, HIGH] else 0.0
-        return pull_a, slack_b, a - pull_a, b - slack_b, tangent_a, of[1, PUSHED], 0.0, slope_b
+        d_a, d_b = a - pull_a, b - slack_b
+        way, fade = _fading(d_b, FADING * of[1, HIGH])
+        slope = slope_b if d_a <= 0.0 else 0.0
+        return (pull_a, slack_b), (d_a, d_b), (tangents[0], of[1, PUSHED]), (d_a, way), (1.0, fade), (0.0, slope)
     if b > 0.0 and a < slack_a:
-        slope_a = slope_a if b <= of[1, HIGH] else 0.0
-        return slack_a, pull_b, a - slack_a, b - pull_b, of[0, PUSHED], tangent_b, slope_a, 0.0
+        d_a, d_b = a - slack_a, b - pull_b
+        way, fade = _fading(d_a, FADING * of[0, HIGH])
+        slope = slope_a if d_b <= 0.0 else 0.0
+        return (slack_a, pull_b), (d_a, d_b), (of[0, PUSHED], tangents[1]), (way, d_b), (fade, 1.0), (slope, 0.0)
     near_a, near_b = (a if a > of[0, LOW] else of[0, LOW]), (b if b > of[1, LOW] else of[1, LOW])
     near_a, near_b = min(near_a, of[0, HIGH]), min(near_b, of[1, HIGH])
-    return near_a, near_b, a - near_a, b - near_b, tangent_a, tangent_b, 0.0, 0.0
+    d = a - near_a, b - near_b
+    return (near_a, near_b), d, tangents, d, (1.0, 1.0), (0.0, 0.0)
 
 
 @njit(**INLINE)
@@ -110,11 +126,13 @@ def biaxial_forces(law, a, b):
     if a <= 0.0 and b <= 0.0:
         mixed = law.compression_coupling
         return law.energy_range[0, PUSHED] * a + mixed * b, law.energy_range[1, PUSHED] * b + mixed * a
-    p, q, d_a, d_b, k_a, k_b, slope_a, slope_b = _nearest(law, a, b)
-    _, w_a, w_b, w_aa, w_ab, w_bb = table_energy(law, p, q)
+    p, d, k, c, fade, slope = _nearest(law, a, b)
+    _, w_a, w_b, w_aa, w_ab, w_bb = table_energy(law, p[0], p[1])
+    slack_a = slope[0] * (w_a * (1.0 - fade[0]) + w_aa * c[0] - k[0] * d[0])
+    slack_b = slope[1] * (w_b * (1.0 - fade[1]) + w_bb * c[1] - k[1] * d[1])
     return (
-        w_a + w_ab * d_b + k_a * d_a + slope_b * (w_bb - k_b) * d_b,
-        w_b + w_ab * d_a + k_b * d_b + slope_a * (w_aa - k_a) * d_a,
+        (w_a + w_ab * c[1]) * fade[0] + k[0] * d[0] + slack_b,
+        (w_b + w_ab * c[0]) * fade[1] + k[1] * d[1] + slack_a,
     )
 
 
@@ -124,9 +142,9 @@ def biaxial_energy(law, a, b):
     if a <= 0.0 and b <= 0.0:
         of = law.energy_range
         return 0.5 * (of[0, PUSHED] * a * a + of[1, PUSHED] * b * b) + law.compression_coupling * a * b
-    p, q, d_a, d_b, k_a, k_b, _, _ = _nearest(law, a, b)
-    w, w_a, w_b, _, w_ab, _ = table_energy(law, p, q)
-    return w + w_a * d_a + w_b * d_b + w_ab * d_a * d_b + 0.5 * (k_a * d_a * d_a + k_b * d_b * d_b)
+    p, d, k, c, _, _ = _nearest(law, a, b)
+    w, w_a, w_b, _, w_ab, _ = table_energy(law, p[0], p[1])
+    return w + w_a * c[0] + w_b * c[1] + w_ab * c[0] * c[1] + 0.5 * (k[0] * d[0] * d[0] + k[1] * d[1] * d[1])
 
 
 @njit(**ALLOCATING)

@@ -46,9 +46,7 @@ class BiaxialLaw(NamedTuple):
 
 @dataclass(frozen=True)
 class BiaxialFit:
-    """Law of a table, its largest ``deviation`` from the forces of the table over their largest, and the table's highest
-    strains ``end`` (2,) [-].
-    """
+    """Law of a table, its largest ``deviation`` from the forces over the largest one, and the last strains (2,) [-]."""
 
     law: BiaxialLaw
     deviation: float
@@ -90,10 +88,13 @@ def fit_law(table: BiaxialTable, compression_ratio: float, where: str) -> Biaxia
     return BiaxialFit(law._replace(energy_tangents=_largest_tangents(law, rest, share)), deviation, end)
 
 
-def fit_energy(strain: Array, force: Array, cells: list[int], where: str) -> tuple[BiaxialLaw, float]:
+def fit_energy(
+    strain: Array, force: Array, cells: list[int], where: str, smoothness: float = SMOOTHNESS
+) -> tuple[BiaxialLaw, float]:
     """Spline of the energy with the least deviation of its gradient from the ``force`` at each ``strain``, (n, 2) each.
 
-    Returns it with the largest deviation over the largest force. Raises :class:`InputError` as :func:`fit_law`.
+    Returns it with the largest deviation over the largest force. ``smoothness`` weighs third differences, which decide
+    between the samples. Raises :class:`InputError` as :func:`fit_law`.
     """
     low, top = strain.min(axis=0), strain.max(axis=0)
     per = np.array(cells) / (top - low)
@@ -113,8 +114,8 @@ def fit_energy(strain: Array, force: Array, cells: list[int], where: str) -> tup
     weight = 1.0 / (np.linalg.norm(force, axis=1) / peak + LEAST_FORCE)
     thirds = [np.diff(np.eye(n + 3), n=3, axis=0) for n in cells]
     smooth = [
-        np.kron(thirds[0], np.eye(cells[1] + 3)) * (SMOOTHNESS * per[0]),
-        np.kron(np.eye(cells[0] + 3), thirds[1]) * (SMOOTHNESS * per[1]),
+        np.kron(thirds[0], np.eye(cells[1] + 3)) * (smoothness * per[0]),
+        np.kron(np.eye(cells[0] + 3), thirds[1]) * (smoothness * per[1]),
     ]
     gauge = np.full((1, smooth[0].shape[1]), SMOOTHNESS)  # the energy is determined up to a constant
     matrix = np.vstack([*(weight[:, None] * row for row in rows), *smooth, gauge])
