@@ -6,6 +6,9 @@ import numpy as np
 
 from knittest.base.arrays import Array, Flags
 
+#: excess over the highest strain from which on it counts: tests that end there scatter about it
+MARGIN = 0.01
+
 
 @dataclass(frozen=True)
 class BiaxialTable:
@@ -25,7 +28,8 @@ class BiaxialTable:
         return np.stack(np.meshgrid(self.warp, self.weft, indexing="ij"), axis=-1)[known], self.force[known]
 
     def is_beyond(self, warp: Array, weft: Array) -> Flags:
-        """Tell which strains (n,) are above the strains of the table; below them a direction slackens."""
+        """Tell which strains (n,) are above those of the table, by more than :data:`MARGIN`."""
         last = [np.flatnonzero(np.isfinite(row))[-1] for row in self.force[..., 0]]
         end = np.interp(warp, self.warp, self.weft[last])
-        return np.asarray((warp > self.warp[-1]) | (weft > end))
+        margin = MARGIN * self.warp[-1], MARGIN * self.weft[-1]
+        return np.asarray((warp > self.warp[-1] + margin[0]) | (weft > end + margin[1]))
