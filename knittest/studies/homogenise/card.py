@@ -24,8 +24,8 @@ from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.laboratory.tensile.config import TensileRun
-from knittest.materials.biaxial import fit_energy
 from knittest.materials.biaxial_table import BiaxialTable
+from knittest.materials.energy_fit import fit_energy
 from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
 from knittest.studies.homogenise.plan import PlannedTest, overhang, strains_at_end, width
@@ -168,7 +168,7 @@ def biaxial_table(paths: Sequence[FinishedTest]) -> tuple[BiaxialTable, float]:
         ends.append(strain[-1])
     forces = [force - forces[0][0] for force in forces]  # a relaxed cell is free of stress, up to its residual
     strain, corners = np.vstack(strains), np.array(ends)
-    law, deviation = fit_energy(strain, np.vstack(forces), [GRID, GRID], "paths of the cell", SMOOTHNESS)
+    law, deviation = fit_energy(strain, np.vstack(forces), [GRID, GRID], "paths of the cell", strain, SMOOTHNESS)
     # as far as all paths along which the other direction contracts, between which strips are
     step = np.array([min(end[i] for end in ends if _contracts(end, i)) for i in range(2)]) / GRID
     lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), GRID + 1) for i in range(2)]
