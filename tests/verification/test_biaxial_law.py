@@ -13,6 +13,7 @@ from knittest.kernels.shell_output import shell_fields
 from knittest.kernels.shell_state import Laminate, build_shells
 from knittest.materials.biaxial import BiaxialFit, fit_law
 from knittest.materials.biaxial_table import BiaxialTable
+from knittest.materials.energy_fit import Basis
 from knittest.materials.laminate import laminate, limit_membrane, scale_membrane
 from knittest.models.in_plane import KINK, highest_stiffness
 from knittest.models.macro import build_sheet
@@ -93,6 +94,42 @@ def test_forces_are_the_gradient_of_the_energy_everywhere(fit):
     strain = np.random.default_rng(2).uniform([-0.8, -1.0], 1.1, (4000, 2))
     found = sample_law(strain, fit.law)
     assert gradients(fit.law, strain) == pytest.approx(found[:, :2], abs=1e-8 * np.abs(found).max())
+
+
+def test_derivatives_of_the_fitted_functions():
+    """By central differences of the values, h^2."""
+    basis = Basis(0.7, np.array([-0.3, -0.4]), np.array([0.5, 0.6]), (6, 7))
+    strain, h = np.random.default_rng(5).uniform(-0.2, 0.4, (20, 2)), 1e-4
+    found = basis.derivatives(strain)
+    a, b = h * np.eye(2)
+    value = {(i, j): basis.values(strain + i * a + j * b) for i in (-1, 0, 1) for j in (-1, 0, 1)}
+    by_hand = [
+        (value[1, 0] - value[-1, 0]) / (2.0 * h), (value[0, 1] - value[0, -1]) / (2.0 * h),
+        (value[1, 0] - 2.0 * value[0, 0] + value[-1, 0]) / h**2,
+        (value[1, 1] - value[1, -1] - value[-1, 1] + value[-1, -1]) / (4.0 * h**2),
+        (value[0, 1] - 2.0 * value[0, 0] + value[0, -1]) / h**2,
+    ]  # fmt: skip
+    for one, other in zip(found, by_hand, strict=True):
+        assert one == pytest.approx(other, abs=2e-3 * np.abs(one).max())
+
+
+def test_a_fabric_that_locks_is_stable_between_its_rows():
+    """Yarns that hardly stretch: forces of one combination of both strains, a hundred times as stiff as across it."""
+
+    def locking(strain: np.ndarray) -> np.ndarray:
+        push = 0.02 * np.exp(9.0 * strain @ np.array([1.0, 0.7])) - 0.02
+        return strain @ np.array([[0.2, 0.05], [0.05, 0.15]]) + np.stack([push, 0.7 * push], axis=-1)
+
+    table = table_of(locking, np.linspace(-0.3, 0.25, 12), np.linspace(-0.4, 0.4, 17))
+    table.force[table.force.max(axis=-1) > 1.0] = np.nan
+    fit = fit_law(table, 0.01, "here")
+    strain = np.random.default_rng(6).uniform([-0.2, -0.3], [0.25, 0.4], (4000, 2))
+    expected = locking(strain)
+    known = (expected > 0.01).all(axis=1) & (expected.max(axis=1) < 0.9) & ~table.is_beyond(*strain.T)
+    tangent = sample_table(strain[known], fit.law)[:, 2:]
+    size = np.linalg.eigvalsh(tangent[:, [0, 1, 1, 2]].reshape(-1, 2, 2))
+    assert known.sum() > 200 and (size[:, 0] > -0.005 * size[:, 1]).all()
+    assert np.abs(sample_law(strain[known], fit.law)[:, :2] - expected[known]).max() < 0.02
 
 
 @pytest.mark.filterwarnings("ignore::scipy.integrate.IntegrationWarning")
