@@ -56,7 +56,7 @@ class TableExcess:
         """Text of a warning."""
         return (
             f"{100.0 * self.share:.1f} % of the fabric is strained beyond the table of macro.biaxial, up to "
-            f"{self.largest[0]:.3g} % (warp) and {self.largest[1]:.3g} % (weft); there the law goes on with the "
+            f"{self.largest[0]:.3g} % (warp) and {self.largest[1]:.3g} % (weft); there the law continues with the "
             "largest tangents of the table"
         )
 
