@@ -108,6 +108,10 @@ NAMES = {"sets": "set", "source": "from"}
     "--from", "source", type=click.Choice(["tests", "cell"]), default="tests", show_default=True,
     help="Meso simulations: virtual tests of specimens, or load paths of one periodic cell.",
 )  # fmt: skip
+@click.option(
+    "--coupled", is_flag=True,
+    help="With --from cell: one law of both directions (macro.biaxial) in place of two tension curves.",
+)  # fmt: skip
 @opt.SEED
 @click.option(
     "--set", "sets", multiple=True, metavar="[TEST.]KEY=VALUE",
@@ -144,9 +148,9 @@ def homogenise(
         f"--{NAMES.get(name, name)} {one}"
         for name, value in chosen.items()
         for one in (value if isinstance(value, tuple) else [value])
-        if one is not None and name != "accept_limits" and (name, one) != ("source", "tests")
+        if one is not None and name not in ("accept_limits", "coupled") and (name, one) != ("source", "tests")
     ]
-    words += ["--accept-limits"] if chosen["accept_limits"] else []
+    words += [f"--{name.replace('_', '-')}" for name in ("accept_limits", "coupled") if chosen[name]]
     options = HomogeniseOptions(
         out=out, workers=workers, threads=threads, time_limit=time_limit, json=as_json, quiet=quiet
     )  # fmt: skip

@@ -62,6 +62,17 @@ class TensionPoints(Strict):
         return self
 
 
+class BiaxialCurves(Strict):
+    """Tension of both directions of the macro model over both strains, for fabrics whose directions pull each other."""
+
+    curve: str = Field(
+        description="CSV in ./data or the shipped data: strain_warp_pct, strain_weft_pct, force_warp_n_per_mm, "
+        "force_weft_n_per_mm in loading, a row for each pair of strains, down to the free contraction of strips"
+    )
+    source: Source = Field(description="origin of the forces: measured, derived, tuned, predicted, assumed, user")
+    ref: str = Field("", description="table, figure or reasoning behind the forces")
+
+
 class MacroMaterial(Strict):
     """Macro material card (shell elements); missing parts are derived from the yarns when a run needs them."""
 
@@ -69,9 +80,13 @@ class MacroMaterial(Strict):
         "tension curve per direction: points, or a CSV in ./data or the shipped data (strain_pct, force_n_per_mm; or "
         "force_n and a line # strip_width_mm: ...); none: derived from the yarns"
     )
-    fracture_strain: Annotated[PerDirection, Absent] = number(
-        None, "%", "element deletion strain; required with tension", gt=0, band=(0.1, 50)
+    biaxial: BiaxialCurves | None = _optional_quantity(
+        "in place of tension: forces of both directions over both strains; excludes poisson"
     )
+    fracture_strain: Annotated[PerDirection, Absent] = number(
+        None, "%", "element deletion strain; required with tension, none with biaxial: nothing fails", gt=0,
+        band=(0.1, 50),
+    )  # fmt: skip
     fracture_strain_fraction: ClassVar[Kernel[DirectionalNumber]] = Kernel("fracture_strain")
     bending_stiffness: Annotated[PerDirection, Absent] = number(
         None, "N mm", "bending stiffness per width; none: derived from the yarns", gt=0, band=(1e-3, 1e4)
@@ -103,20 +118,31 @@ class MacroMaterial(Strict):
     def _has_complete_tension(self) -> Self:
         if self.tension is not None and set(self.tension) != {"warp", "weft"}:
             raise ValueError("tension needs a curve for warp and for weft")
-        if (self.tension is None) != (self.fracture_strain is None):
+        if self.biaxial is not None:
+            if self.tension is not None:
+                raise ValueError("biaxial takes the place of tension: give one of both")
+            if self.poisson.value != 0.0:
+                raise BoundsError("must be 0 with biaxial, which holds the coupling of both directions", "poisson")
+        elif (self.tension is None) != (self.fracture_strain is None):
             raise ValueError("tension and fracture_strain need each other: give both, or none to derive both")
         return self
+
+    def deletion_strain(self, direction: str) -> float:
+        """Strain [%] at which elements are deleted; infinite where they never are."""
+        return math.inf if self.fracture_strain is None else self.fracture_strain.of(direction).value
 
     @property
     def missing_card_parts(self) -> tuple[str, ...]:
         """Parts of the card that are not given."""
-        return tuple(name for name in CARD if getattr(self, name) is None)
+        given = {"tension"} if self.biaxial is not None else set()
+        return tuple(name for name in CARD if getattr(self, name) is None and name not in given)
 
     @property
     def curve_files(self) -> dict[str, str]:
         """CSV files of the curves by field, such as ``tension.warp``."""
         found = {f"tension.{d}": one for d, one in (self.tension or {}).items() if isinstance(one, str)}
-        return found if self.shear is None or self.shear.curve is None else found | {"shear": self.shear.curve}
+        laws = {"biaxial": self.biaxial, "shear": self.shear}
+        return found | {name: law.curve for name, law in laws.items() if law is not None and law.curve is not None}
 
 
 #: parts of the macro material card that can be derived from yarns

@@ -112,7 +112,7 @@ SOLVER_CHECKS = (
     SolverCheck("initial yarn overlap over radius", "overlap_at_start", "max_overlap"),
     SolverCheck("force-free yarn overlap over radius", "force_free_overlap_max", "max_force_free_overlap", only="meso"),
     SolverCheck("added mass", "added_mass_pct", "max_added_mass", scale=1.0),
-    SolverCheck("share of shell elements beyond the shear law", "beyond_law", "max_law_extrapolation", only="macro"),
+    SolverCheck("share of shell elements beyond the end of a law", "beyond_law", "max_law_extrapolation", only="macro"),
     SolverCheck(
         "damping force over weight and blank-holder force", "drag_over_weight", "max_damping_force", only="own"
     ),

@@ -81,7 +81,11 @@ class Solver(Strict):
         5.0, "%", f"{LIMIT} hourglass energy of shell elements over internal energy", gt=0, le=100
     )
     max_law_extrapolation: float = number(
-        5.0, "%", f"{LIMIT} share of shell elements beyond the end of the shear law", gt=0, le=100
+        5.0,
+        "%",
+        f"{LIMIT} share of shell elements beyond the end of the shear law or of the biaxial table",
+        gt=0,
+        le=100,
     )
     max_damping_force: float = number(
         10.0, "%", f"{LIMIT} damping force at full speed over weight and blank-holder force (forming)", gt=0, le=100

@@ -176,9 +176,10 @@ def resolve_data_paths(run: Run, layers: Layers, folders: Sequence[Path]) -> Run
                 f"{', '.join(known)}, which "
                 f"{roots[0] / experiment} has"
             )
-    if macro.shear is not None and macro.shear.curve is not None:
-        settled = _settle_path(macro.shear.curve, (*at, "shear", "curve"), layers, roots, needed)
-        macro = macro.model_copy(update={"shear": macro.shear.model_copy(update={"curve": settled})})
+    for name, law in (("biaxial", macro.biaxial), ("shear", macro.shear)):
+        if law is not None and law.curve is not None:
+            settled = _settle_path(law.curve, (*at, name, "curve"), layers, roots, needed)
+            macro = macro.model_copy(update={name: law.model_copy(update={"curve": settled})})
     tools = {}
     for name, stl in stl_tools(run.rig).items():
         file = _settle_path(stl.path, ("rig", name, "stl", "path"), layers, roots, needed=True)

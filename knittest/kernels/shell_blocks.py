@@ -9,6 +9,7 @@ node collects its own in a fixed order, so the bits do not depend on the number 
 import numpy as np
 from numba import njit
 
+from knittest.kernels.biaxial import biaxial_forces
 from knittest.kernels.laws import hinge_force, slider_force
 from knittest.kernels.shell import (
     arcsine,
@@ -218,6 +219,22 @@ def _couple_membrane(laminate, w):
 
 
 @njit(**INLINE)
+def _membrane(energy, laminate, w):
+    """Forces of the middle layer; ``energy`` is that of a law of two strains, None in laminates without one."""
+    if energy is None:
+        _middle_layer(STRAIN_A, MIDDLE_A, 0, laminate, w)
+        _middle_layer(STRAIN_B, MIDDLE_B, 1, laminate, w)
+        if laminate.coupling_membrane != 0.0:
+            _couple_membrane(laminate, w)
+    else:
+        twice_a, twice_b = 2.0 * laminate.outer[0], 2.0 * laminate.outer[1]
+        for k in range(LANES):
+            force_a, force_b = biaxial_forces(laminate, w[STRAIN_A + k], w[STRAIN_B + k])
+            w[MIDDLE_A + k] = force_a - twice_a * w[STRAIN_A + k]
+            w[MIDDLE_B + k] = force_b - twice_b * w[STRAIN_B + k]
+
+
+@njit(**INLINE)
 def _couple_bending(at, out, state, laminate, corner, w):
     """Add what the bend of one direction does to the moment of the other: a sweep that uncoupled laminates skip."""
     for k in range(LANES):
@@ -261,10 +278,7 @@ def shell_forces(block_start, block_stop, time, nodes, shells, laminate, w):
         _strains(at, shells.state, w)
         if _delete(at, shells.state, laminate, w) > 0:
             lost += _erode(block, time, nodes, shells, laminate)
-        _middle_layer(STRAIN_A, MIDDLE_A, 0, laminate, w)
-        _middle_layer(STRAIN_B, MIDDLE_B, 1, laminate, w)
-        if laminate.coupling_membrane != 0.0:
-            _couple_membrane(laminate, w)
+        _membrane(laminate.energy, laminate, w)
         rubbed += _shear(at, shells.state, laminate, w)
         _forces(at, out, shells.state, laminate, shells.corner, w)
         if laminate.coupling_bending != 0.0:

@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit
 
+from knittest.kernels.biaxial import biaxial_energy, biaxial_forces
 from knittest.kernels.laws import hinge_energy, hinge_force, odd_hinge_energy, odd_hinge_force, slider_force
 from knittest.kernels.shell import (
     arcsine,
@@ -70,6 +71,34 @@ def _layers_energies(strain, bend, direction, laminate):
 
 
 @njit(**PART)
+def _stretching_energy(energy, strains, alone, laminate):
+    """Energy of the membrane per area; ``alone`` are those of both directions, if they have laws of their own."""
+    if energy is None:
+        return alone[0] + alone[1] + laminate.coupling_membrane * strains[0] * strains[1]
+    else:
+        return biaxial_energy(laminate, strains[0], strains[1])
+
+
+@njit(**PART)
+def _force_alone(strain, i, laminate):
+    """Force per width of the direction ``i`` without the other one."""
+    force = 2.0 * laminate.outer[i] * strain + laminate.compression[i] * min(strain, 0.0)
+    for h in range(laminate.knee.shape[1]):
+        force += hinge_force(strain, laminate.knee[i, h], laminate.slope[i, h])
+    return force
+
+
+@njit(**PART)
+def _membrane_forces(energy, strains, laminate):
+    """Forces per width of warp and weft."""
+    if energy is None:
+        warp, weft = _force_alone(strains[0], 0, laminate), _force_alone(strains[1], 1, laminate)
+        return warp + laminate.coupling_membrane * strains[1], weft + laminate.coupling_membrane * strains[0]
+    else:
+        return biaxial_forces(laminate, strains[0], strains[1])
+
+
+@njit(**PART)
 def _shear_energy(angle, slip, laminate):
     """Elastic energy of the shear law per area, that of the spring behind its friction included."""
     elastic, force = 0.0, 0.0
@@ -96,7 +125,8 @@ def element_energies(e, nodes, shells, laminate):
     bend_a, bend_b = dot(a, a_z) * inv_a, dot(b, b_z) * inv_b
     stretching_a, bending_a = _layers_energies(strain_a, bend_a, 0, laminate)
     stretching_b, bending_b = _layers_energies(strain_b, bend_b, 1, laminate)
-    stretching = stretching_a + stretching_b + laminate.coupling_membrane * strain_a * strain_b
+    alone = stretching_a, stretching_b
+    stretching = _stretching_energy(laminate.energy, (strain_a, strain_b), alone, laminate)
     bent = bending_a + bending_b + laminate.coupling_bending * bend_a * bend_b
     bent += 0.5 * laminate.twist * (dot(a, b_z) + dot(b, a_z)) ** 2
     shear_a, shear_b, along, across = transverse_shears(x, d, fibres, shells.state[s + WARP])
@@ -144,13 +174,7 @@ def shell_fields(n_el, nodes, shells, laminate):
         a, b, _, _ = fibre_frame(x, d, fibres_of(shells.state, s))
         inv_a, inv_b, sine = fibre_pair(a, b)
         fields[0, e], fields[1, e], fields[2, e] = fibre_strain(a, inv_a), fibre_strain(b, inv_b), arcsine(sine)
-        for i in range(2):
-            strain = fields[i, e]
-            force = 2.0 * laminate.outer[i] * strain + laminate.compression[i] * min(strain, 0.0)
-            for h in range(laminate.knee.shape[1]):
-                force += hinge_force(strain, laminate.knee[i, h], laminate.slope[i, h])
-            force += laminate.coupling_membrane * fields[1 - i, e]
-            fields[3 + i, e] = force
+        fields[3, e], fields[4, e] = _membrane_forces(laminate.energy, (fields[0, e], fields[1, e]), laminate)
     return fields
 
 

@@ -38,6 +38,10 @@ class Laminate(NamedTuple):
     ``coupling_membrane`` [N/mm]: force of one direction over the strain of the other, and ``coupling_bending`` [N mm]
     likewise, 0 without Poisson coupling. ``in_plane`` (2,) bending stiffness of the yarns in the
     plane, per width [N mm].
+    With a law of two strains (:mod:`knittest.kernels.biaxial`) the membrane force is the gradient of ``energy``: its
+    control values [N/mm], (cells + 3, cells + 3); ``energy_range`` (2, 5), ``contraction`` (2, cells + 3) [-],
+    ``compression_coupling`` [N/mm]; ``energy_tangents`` (2, 2): stiffness of warp and weft that bounds all tangents,
+    and all jumps of them where a direction slackens [N/mm]. The hinges are then the law of strips that contract freely.
     """
 
     layer_offset: float
@@ -60,6 +64,11 @@ class Laminate(NamedTuple):
     coupling_membrane: float = 0.0
     coupling_bending: float = 0.0
     in_plane: Array = np.zeros(2)
+    energy: Array | None = None
+    energy_range: Array = np.zeros((2, 5))
+    contraction: Array = np.zeros((2, 0))
+    compression_coupling: float = 0.0
+    energy_tangents: Array = np.zeros((2, 2))
 
 
 class Shells(NamedTuple):

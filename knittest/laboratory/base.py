@@ -16,12 +16,14 @@ from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
 from knittest.config.yarn import TENACITY
+from knittest.experiment.biaxial_table import read_biaxial
 from knittest.experiment.comparison import STRAIN
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve, to_force_per_width
 from knittest.experiment.origin import borrowed_curves
 from knittest.kernels.shell_state import Laminate
-from knittest.materials.laminate import laminate
+from knittest.materials.biaxial_table import BiaxialTable
+from knittest.materials.laminate import DIRECTIONS, fit_table, laminate
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import ALONG, build_sheet, self_contact
@@ -94,12 +96,12 @@ def check_curve_strength(fabric: Fabric, curves: Mapping[Direction, ReferenceCur
 
 def tension_curves(fabric: Fabric) -> dict[Direction, ReferenceCurve]:
     """:func:`tension_curve` of both directions."""
-    return {d: tension_curve(fabric, d) for d in fabric.macro.tension}
+    return {d: tension_curve(fabric, d) for d in DIRECTIONS}
 
 
 def cut_curve_warnings(run: Run) -> tuple[str, ...]:
     """Warn of each curve that a stated fracture strain cuts, of a macro model."""
-    if run.model.scale != "macro":
+    if run.model.scale != "macro" or run.fabric.macro.fracture_strain is None:
         return ()
     return tuple(one.text() for one in curve_coverages(run.fabric, tension_curves(run.fabric)) if one.is_cut)
 
@@ -195,6 +197,8 @@ def fabric_laminate(run: Run) -> Laminate:
         raise InputError(
             f"solver.target_step = {run.solver.target_step:g} us: a macro model has no mass scaling; remove it"
         )
+    if (table := biaxial_table(run.fabric)) is not None:
+        return laminate(run.fabric, {}, shear_curve(run), table)
     curves = tension_curves(run.fabric)
     check_fracture_strains(run.fabric, curves)
     check_curve_strength(run.fabric, curves)
@@ -212,6 +216,10 @@ def sheet_model(
 
 def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
     """Force per width [N/mm] over strain along ``direction``, an input; raises :class:`InputError` for other data."""
+    if (table := biaxial_table(fabric)) is not None:
+        strain, force = fit_table(fabric, table).strip_curve(DIRECTIONS.index(direction))
+        source = f"strip with free sides under macro.biaxial ({fabric.macro.biaxial.curve})"  # type: ignore[union-attr]
+        return ReferenceCurve("input", 100.0 * strain, force, None, STRAIN, FORCE_PER_WIDTH, source)
     given = fabric.macro.tension[direction]
     if not isinstance(given, str):
         strain, force = (np.array(column) for column in zip(*given.points, strict=True))
@@ -225,6 +233,11 @@ def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
         return to_force_per_width(curve)
     except InputError as error:
         raise InputError(f"{where}: {error}") from None
+
+
+def biaxial_table(fabric: Fabric) -> BiaxialTable | None:
+    """Table of the fabric's law of two strains, if it has one; raises :class:`InputError` for other data."""
+    return None if fabric.macro.biaxial is None else read_biaxial(data_dir() / fabric.macro.biaxial.curve)
 
 
 def shear_curve(run: Run) -> ReferenceCurve | None:

@@ -13,7 +13,7 @@ from knittest.base.units import round_down
 from knittest.config.quality_checks import LEAST_ROWS, NEAR, SolverCheck, quality_checks_of
 from knittest.config.run import Run
 from knittest.laboratory.base import PreparedSpecimen
-from knittest.laboratory.shear_law_end import LawExcess, find_law_excess
+from knittest.laboratory.shear_law_end import LawExcess, TableExcess, find_law_excess
 from knittest.solve.simulation import LOCKED
 from knittest.solve.state import SimulationCost
 
@@ -225,7 +225,8 @@ def _span_problems(
 ) -> Iterator[str]:
     """Reasons why the span is not enough: no failure, too few rows, a first failure long before the peak."""
     rows = span.rows(history)
-    if span.to_failure and history.first_failure is None:
+    can_fail = run.model.scale == "meso" or run.fabric.macro.fracture_strain is not None
+    if span.to_failure and can_fail and history.first_failure is None:
         yield "nothing failed up to rig.max_strain, so the peak force is no strength: raise rig.max_strain"
     count = rows.stop - rows.start
     if count < LEAST_ROWS:
@@ -248,7 +249,7 @@ def evaluate_check(
     run: Run,
     quality: Quality,
     gate: SolverCheck,
-    beyond: LawExcess | None = None,
+    beyond: LawExcess | TableExcess | None = None,
     rest: InitialEquilibrium | None = None,
 ) -> Quality:
     """Evaluate ``gate``: a failure of ``quality`` above its limit, with advice, and a warning above half of it."""

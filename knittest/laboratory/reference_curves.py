@@ -42,7 +42,7 @@ def input_reason(run: Run, path: Path, curve: ReferenceCurve) -> str:
         return given_to_rig
     if run.model.scale != "macro":
         return ""
-    files = [data_dir() / name for name in run.fabric.macro.curve_files.values()]
+    files = [data_dir() / text for name, text in run.fabric.macro.curve_files.items() if name != "biaxial"]
     files = [file for file in files if file.is_file()]
     if path.resolve() in [file.resolve() for file in files]:
         return "input of the macro model: this file"

@@ -1,4 +1,4 @@
-"""Shells sheared beyond the last angle of their shear law, where it is extrapolated by its last tangent."""
+"""Shells beyond the last angle of their shear law, or beyond their table of two strains: the laws are extrapolated."""
 
 from dataclasses import dataclass
 from math import ceil, floor
@@ -10,7 +10,7 @@ from knittest.base.errors import InputError
 from knittest.base.history import Array, History
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
-from knittest.laboratory.base import shear_curve
+from knittest.laboratory.base import biaxial_table, shear_curve
 from knittest.laboratory.strips import shell_angles
 from knittest.materials.shear import last_angle
 
@@ -44,19 +44,46 @@ class LawExcess:
         return f"extend the shear law (fabric.macro.shear) to {ceil(self.needed):d} deg"
 
 
-def find_law_excess(run: Run, history: History, to_failure: bool) -> LawExcess:
+@dataclass(frozen=True)
+class TableExcess:
+    """``share`` of the area [-] beyond the highest strains of ``macro.biaxial``, up to ``largest`` [%] (warp, weft)."""
+
+    share: float
+    largest: tuple[float, float]
+
+    @property
+    def stated(self) -> str:
+        """Text of a warning."""
+        return (
+            f"{100.0 * self.share:.1f} % of the fabric is strained beyond the table of macro.biaxial, up to "
+            f"{self.largest[0]:.3g} % (warp) and {self.largest[1]:.3g} % (weft); there the law continues with the "
+            "largest tangents of the table"
+        )
+
+    def advice(self, run: Run) -> str:
+        """Change after which less of the fabric is beyond the table."""
+        return f"extend fabric.macro.biaxial to {self.largest[0]:.3g} % (warp) and {self.largest[1]:.3g} % (weft)"
+
+
+def find_law_excess(run: Run, history: History, to_failure: bool) -> LawExcess | TableExcess:
     """Find the worst frame, of a test ``to_failure`` up to its largest force; 0 of a meso model."""
     if run.model.scale != "macro" or history.mesh.kind != "shells":
         return LawExcess()
     last = float(history.curve["time_ms"][int(np.argmax(history.curve["force_n"]))]) if to_failure else np.inf
     end = last_angle(run.fabric, shear_curve(run))
     area = shell_areas(history.frames[0].position[history.mesh.cells])
-    found = [
-        law_excess(np.rad2deg(np.abs(shell_angles(frame))), area * (frame.fields["alive"] > 0.0), end)
-        for frame in history.frames
-        if frame.time <= last and "shear_angle" in frame.fields
-    ]
-    return max(found, key=lambda one: one.share, default=LawExcess(end=end))
+    frames = [frame for frame in history.frames if frame.time <= last and "shear_angle" in frame.fields]
+    found: list[LawExcess | TableExcess] = [LawExcess(end=end)]
+    for frame in frames:
+        alive = area * (frame.fields["alive"] > 0.0)
+        found.append(law_excess(np.rad2deg(np.abs(shell_angles(frame))), alive, end))
+    if (table := biaxial_table(run.fabric)) is not None:
+        for frame in frames:
+            warp, weft = frame.fields["strain_warp"], frame.fields["strain_weft"]
+            alive = area * (frame.fields["alive"] > 0.0)
+            share = float(alive[table.is_beyond(warp, weft)].sum()) / max(float(alive.sum()), 1e-300)
+            found.append(TableExcess(share, (100.0 * float(warp.max()), 100.0 * float(weft.max()))))
+    return max(found, key=lambda one: one.share)
 
 
 def end_with_shear_law(run: Run) -> tuple[Run, str]:

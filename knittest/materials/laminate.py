@@ -4,6 +4,9 @@ The outer layers are linear and set the bending, D = 2 (E t) z^2 in each directi
 curve less their share, so that the membrane force is the curve and independent of D. In tension the middle layer must
 not push back: the curve's smallest tangent must exceed the outer layers' D / z^2. Layers at half the thickness satisfy
 that for a fabric; a curve with a softer toe moves them out. In compression only the sum of the layers is given.
+
+A law of two strains takes the place of both curves where directions pull each other strongly. Its middle layer is what
+the outer layers leave of it, whatever its sign.
 """
 
 from collections.abc import Mapping
@@ -17,6 +20,8 @@ from knittest.base.units import to_kernel
 from knittest.config.fabric import Direction, Fabric
 from knittest.kernels.laws import hinge_table, hinge_tables
 from knittest.kernels.shell_state import Laminate
+from knittest.materials.biaxial import BiaxialFit, fit_law
+from knittest.materials.biaxial_table import BiaxialTable
 from knittest.materials.shear import ShearCurve, shear_table, thin_curve
 
 # Poisson coupling of a laminate's two directions, which leaves what strips of it do as it was.
@@ -102,20 +107,28 @@ DRILLING = 0.01
 
 
 def laminate(
-    fabric: Fabric, curves: Mapping[Direction, tuple[Array, Array]], shear_curve: ShearCurve | None = None
+    fabric: Fabric,
+    curves: Mapping[Direction, tuple[Array, Array]],
+    shear_curve: ShearCurve | None = None,
+    table: BiaxialTable | None = None,
 ) -> Laminate:
     """Laminate of ``fabric`` with tension ``curves``: strain [%] and force per width [N/mm], (n,) each.
 
-    ``shear_curve`` is that of the fabric's shear law, if it names one. Raises :class:`InputError` for a tension curve
+    ``shear_curve`` is that of the fabric's shear law, if it names one; ``table`` that of ``macro.biaxial``, in place of
+    the curves. Raises :class:`InputError` for a tension curve
     that does not start at the origin, does not rise up to the fracture strain, ends before it, or is too soft for the
     bending stiffness, and for what :func:`shear_table` refuses.
     """
     macro, thickness = fabric.macro, fabric.thickness_mm
-    fail = np.array(macro.fracture_strain_fraction)
+    fail = np.array(macro.fracture_strain_fraction or (np.inf, np.inf))
     bending = np.array(macro.bending_stiffness_n_mm)
-    points = [_tension_points(fabric, d, curves[d], fail[i]) for i, d in enumerate(DIRECTIONS)]
+    fit = None if table is None else fit_table(fabric, table)
+    if fit is None:
+        points = [_tension_points(fabric, d, curves[d], fail[i]) for i, d in enumerate(DIRECTIONS)]
+    else:
+        points = [_strip_points(fabric, fit, i, fail[i]) for i in range(2)]
     tangents = [np.diff(force) / np.diff(strain) for strain, force in points]
-    layer_offset = _layer_offset(fabric, bending, tangents)
+    layer_offset = _layer_offset(fabric, bending, tangents) if fit is None else 0.5 * thickness
     outer = bending / (2.0 * layer_offset**2)
     largest = np.array([t.max() for t in tangents])
     knee, slope = hinge_tables([hinge_table(strain, force) for strain, force in points])
@@ -125,7 +138,8 @@ def laminate(
     card = Laminate(
         layer_offset=layer_offset,
         outer=outer,
-        compression=macro.compression_ratio.value * largest - 2.0 * outer,
+        compression=(macro.compression_ratio.value * largest if fit is None else fit.law.energy_range[:, 4])
+        - 2.0 * outer,
         knee=knee,
         slope=slope,
         shear_knee=shear.knee,
@@ -143,7 +157,19 @@ def laminate(
         fail_strain=fail,
         in_plane=np.array(macro.in_plane_bending_n_mm or (0.0, 0.0)),
     )
+    if fit is not None:
+        return card._replace(**fit.law._asdict())
     return with_poisson_coupling(card, macro.poisson.value, f"fabric {fabric.name}, macro.poisson")
+
+
+def fit_table(fabric: Fabric, table: BiaxialTable) -> BiaxialFit:
+    """Law of ``table`` of ``macro.biaxial``; raises :class:`InputError` as :func:`fit_law`."""
+    return fit_law(table, fabric.macro.compression_ratio.value, _biaxial_name(fabric))
+
+
+def _biaxial_name(fabric: Fabric) -> str:
+    assert fabric.macro.biaxial is not None
+    return f"fabric {fabric.name}, macro.biaxial ({fabric.macro.biaxial.curve})"
 
 
 def hourglass_of_shear(share: float, stretch: Array, shear: float) -> float:
@@ -173,8 +199,11 @@ def limit_membrane(card: Laminate, share: float) -> Laminate:
     """A share of the largest tangent in tension, as of the axial stiffness of yarns, the compression as it is unless
     that is stiffer, and the same bending; shells break at the force at which they would.
 
-    Raises :class:`InputError` when less is left than bending needs.
+    A law of two strains stays as it is: fabrics that need one are soft. Raises :class:`InputError` when less is left
+    than bending needs.
     """
+    if card.energy is not None:
+        return card
     largest = np.cumsum(card.slope, axis=1).max(axis=1) + 2.0 * card.outer
     strength = (card.slope * np.maximum(card.fail_strain[:, None] - card.knee, 0.0)).sum(axis=1)
     strength += 2.0 * card.outer * card.fail_strain
@@ -197,7 +226,7 @@ def _linear_laminate(card: Laminate, share: float, tension: Array, compression: 
         )
     return card._replace(
         knee=np.zeros((2, 1)), slope=slope[:, None], compression=compression - 2.0 * card.outer,
-        coupling_membrane=share * card.coupling_membrane,
+        coupling_membrane=share * card.coupling_membrane, energy=None,
     )  # fmt: skip
 
 
@@ -222,6 +251,18 @@ def _tension_points(
     if (fall := np.flatnonzero(np.diff(force) <= 0.0)).size:
         raise InputError(
             f"{where}: the force does not rise after {100 * strain[fall[0]]:g} %; expected a rising curve up to {limit}"
+        )
+    return thin_curve(strain, force, CURVE_TOLERANCE * force[-1])
+
+
+def _strip_points(fabric: Fabric, fit: BiaxialFit, direction: int, fail: float) -> tuple[Array, Array]:
+    """Strain [-] and force [N/mm] of a strip with free sides under the law of two strains."""
+    strain, force = _cut_curve(*fit.strip_curve(direction), fail)
+    if (fall := np.flatnonzero(np.diff(force) <= 0.0)).size:
+        raise InputError(
+            f"{_biaxial_name(fabric)}: the force of a strip with free sides, "
+            f"pulled along the {DIRECTIONS[direction]}, does not rise after {100 * strain[fall[0]]:.4g} %; expected a "
+            "table in which it rises up to its end"
         )
     return thin_curve(strain, force, CURVE_TOLERANCE * force[-1])
 

@@ -112,6 +112,8 @@ def highest_stiffness(
     # shares of the patterns (-1, 0, 1, 0) and (0, -1, 0, 1); that of the hourglass control adds (1, -1, 1, -1)
     patterns = ((row(ALPHA_A), row(BETA_A)), (row(ALPHA_B), row(BETA_B)), (row(C31), row(C42)))
     tangent = [_largest_tangent(laminate, i) for i in range(2)]
+    if laminate.energy is not None:
+        tangent = np.maximum(laminate.energy_tangents[0], KINK * laminate.energy_tangents[1]).tolist()
     bent = [2.0 * float(laminate.outer[i]) * laminate.layer_offset**2 for i in range(2)]
     tangent = _bounding_stiffnesses(tangent, laminate.coupling_membrane)
     bent = _bounding_stiffnesses(bent, laminate.coupling_bending)

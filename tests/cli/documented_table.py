@@ -184,6 +184,9 @@ COMMANDS: dict[str, Do] = {
     "knittest uncertainty configs/uncertainty/shear-order.yaml --workers 4": Do(
         planned="CPU hours; test_uncertainty_command.py runs a small one"
     ),
+    "knittest homogenise --variant 1 --from cell --coupled": Do(
+        planned="2 CPU minutes; test_homogenise_cell.py has it"
+    ),
     "knittest homogenise --variant 1 --from cell": Do(planned="CPU minute; test_homogenise_cell.py has the rest"),
     "knittest homogenise --variant 1": Do(planned="2 CPU minutes; test_homogenise_command.py has the rest"),
     "knittest speed-study --variant 1 --preset quick --out runs/speed-study": Do(planned="10 CPU minutes"),

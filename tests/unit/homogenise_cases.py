@@ -30,6 +30,12 @@ def shear(angle):
     return 8e-4 * angle + 3e-7 * angle**3
 
 
+def coupled(strain):
+    """Forces per width [N/mm] at both ``strain`` (n, 2) of W = e K e / 2 + 1e7 s^4, s = e_warp + e_weft / 2."""
+    cubic = 4e7 * (strain @ np.array([1.0, 0.5])) ** 3
+    return strain @ np.array([[4000.0, 1500.0], [1500.0, 3000.0]]) + np.column_stack([cubic, 0.5 * cubic])
+
+
 def _write(folder: Path, columns: dict) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     rows = "\n".join(",".join(f"{v:.10g}" for v in row) for row in zip(*columns.values(), strict=True))
@@ -44,6 +50,16 @@ def formula(trial, folder: Path, factor: float = 1.0) -> dict[str, float]:
     if run.rig.kind == "cantilever":
         weight = run.fabric.area_mass_g_per_mm2 * run.rig.gravity_mm_per_ms2
         return {"chord_angle_deg": chord_angle(overhang(run), weight, factor * BENDING[run.direction])}
+    if run.rig.kind == "biaxial":
+        own = np.linspace(0.0, 0.01 * run.rig.max_strain / max(1.0, run.rig.ratio), 300)
+        both = [own, run.rig.ratio * own]
+        if run.rig.direction == "weft":
+            both.reverse()
+        forces = factor * coupled(np.column_stack(both))
+        names = ("force_n_per_mm", "cross_force_n_per_mm")
+        by_name = dict(zip(names if run.rig.direction == "warp" else names[::-1], forces.T, strict=True))
+        _write(folder, {"strain_pct": 100.0 * own} | by_name)
+        return {"biaxial_force_n_per_mm": float(forces.max())}
     if run.rig.kind == "tensile":
         last = STRAIN[run.direction]
         number = width(run) * run.fabric.density_per_mm.of(run.direction)
@@ -67,6 +83,12 @@ def _of_cell(run, folder: Path) -> dict[str, float]:
         angle = np.linspace(0.0, rig.max_angle, 500)
         _write(folder, {"shear_angle_deg": angle, "conjugate_force": shear(angle)})
         return {"cell_shear_n_per_mm_at_deg.10": shear(10.0)}
+    if rig.path == "steps":  # torn at the end
+        share = np.linspace(0.0, 0.97, 300)
+        _, weft, _, _, warp = np.array(rig.steps[-1]) - 1.0
+        forces = coupled(share[:, None] * np.array([warp, weft]))
+        _write(folder, {"path_pct": 100.0 * share, "warp_n_per_mm": forces[:, 0], "weft_n_per_mm": forces[:, 1]})
+        return {"cell_warp_n_per_mm": float(forces[-1, 0])}
     last = STRAIN[rig.path]
     strain = np.linspace(0.0, min(last, rig.max_strain), 600)
     force = run.fabric.density_per_mm.of(rig.path) * pull(strain, last)

@@ -4,14 +4,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from homogenise_cases import BENDING, OUT, STRAIN, YARN_FORCE, Formulas, homogenise, outcome, pull, shear
+from homogenise_cases import BENDING, OUT, STRAIN, YARN_FORCE, Formulas, coupled, homogenise, outcome, pull, shear
 
 from knittest.cli.main import run as knittest
 from knittest.config.loading import resolve
 from knittest.experiment.curves import load_curve
-from knittest.studies.homogenise.plan import PLANNED_TESTS, Request, cell_macro_run, cell_run, macro_run, width
+from knittest.kernels.biaxial import sample_law
+from knittest.laboratory.base import fabric_laminate
+from knittest.studies.homogenise.plan import (
+    COUPLED_TESTS,
+    PLANNED_TESTS,
+    Request,
+    cell_macro_run,
+    cell_run,
+    macro_run,
+    strains_at_end,
+    width,
+)
 
 CELL = Request(variant="2", preset="quick", source="cell")
+COUPLED = Request(variant="2", preset="quick", source="cell", coupled=True)
 DENSITY = {"warp": 28.0, "weft": 41.0}
 
 
@@ -92,3 +104,48 @@ def test_settings_that_make_another_path_are_refused(tmp_path, monkeypatch, caps
     monkeypatch.chdir(tmp_path)
     assert knittest(["homogenise", "--variant", "1", "--from", "cell", "--set", setting]) == 2
     assert said in capsys.readouterr().err and not (tmp_path / "runs").exists()
+
+
+def test_paths_of_both_strains_become_one_law(tmp_path, monkeypatch):
+    """Up to what strips of either direction reach; forces of the card are those of the energy of the paths."""
+    assert homogenise(tmp_path, monkeypatch, Formulas(), COUPLED, picture=True) == 0
+    run = resolve(fabric=OUT / "fabric.yaml", scale="macro")
+    macro = run.fabric.macro
+    assert macro.tension is None and macro.fracture_strain is None and macro.missing_card_parts == ()
+    assert "9 paths of both strains of a periodic cell" in macro.biaxial.ref and macro.biaxial.source == "derived"
+    card = fabric_laminate(run)
+    end = [0.97 * strains_at_end(cell_run(COUPLED, COUPLED_TESTS[i]))[k] for i, k in ((2, 0), (6, 1))]
+    strain = np.random.default_rng(0).uniform(-0.5, 1.0, (500, 2)) * end
+    expected = coupled(strain)
+    inside = (expected >= 0.0).all(axis=1)
+    found = sample_law(strain[inside], card)[:, :2]
+    assert inside.sum() > 200 and np.abs(found - expected[inside]).max() < 0.01 * np.abs(expected).max()
+    numbers = outcome(tmp_path)["numbers"]
+    assert numbers["biaxial, deviation from an energy [%]"] < 0.5
+    assert numbers["biaxial, largest warp strain [%]"] == pytest.approx(100.0 * end[0], rel=0.01)
+    rows = outcome(tmp_path)["check"]
+    assert len([row for row in rows if row["test"].startswith("biaxial")]) == 18
+    (tmp_path / "b").mkdir()
+    assert homogenise(tmp_path / "b", monkeypatch, Formulas(factor=1.08), COUPLED) == 5
+
+
+def test_paths_of_both_strains_stay_within_those_of_inlays():
+    """Largest strains by direction; with rig.max_strain less."""
+    ends = np.array([strains_at_end(cell_run(COUPLED, piece)) for piece in COUPLED_TESTS[:9]])
+    alone = [cell_run(CELL, PLANNED_TESTS[i]).rig.max_strain for i in range(2)]
+    assert 100.0 * ends.max(axis=0) == pytest.approx(alone) and 100.0 * ends.min(axis=0) == pytest.approx(
+        [-v for v in alone]
+    )
+    less = Request(variant="2", preset="quick", source="cell", coupled=True, sets=("biaxial.rig.max_strain=1.2",))
+    run = cell_run(less, COUPLED_TESTS[1])
+    assert strains_at_end(run) == pytest.approx((0.012, -0.012 * np.tan(np.deg2rad(22.5)))) and run.solver.speed == 0.4
+
+
+def test_one_law_needs_a_cell(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert knittest(["homogenise", "--variant", "1", "--coupled"]) == 2
+    assert "needs paths of a cell: add --from cell" in capsys.readouterr().err
+    assert (
+        knittest(["homogenise", "--variant", "1", "--from", "cell", "--coupled", "--set", "biaxial.rig.path=warp"]) == 2
+    )
+    assert "biaxial -45 deg of a cell needs rig.path = steps" in capsys.readouterr().err

@@ -31,9 +31,9 @@ class BiaxialTest(TestRig):
         self.held, self.axis, self.size, self.ratio = held, axis, size, rig.ratio
         self.ring_length = float(self.size.max())
         self.stop_ratio = rig.stop_force_ratio
-        fracture = run.fabric.macro.fracture_strain  # shells may fail across the direction first
+        fails = run.fabric.macro.deletion_strain  # shells may fail across the direction first
         self.ends_at_break = run.model.scale == "macro" and (
-            rig.ratio * fracture.of(rig.direction).value > fracture.of(cross_direction(rig.direction)).value
+            rig.ratio * fails(rig.direction) > fails(cross_direction(rig.direction))
         )
         rate = run.solver.speed_mm_per_ms / float(size[axis])  # of the system that is strained more
         self.strain, self.cross = (ramp(run.solver.ramp_ms, share * rate / most) for share in (1.0, rig.ratio))

@@ -82,7 +82,7 @@ def failure_strain(run: TensileRun) -> float:
     """Strain [%] at which a tensile strip fails: that of its shells, or of its last yarn."""
     direction = run.rig.direction
     if run.model.scale == "macro":
-        return float(run.fabric.macro.fracture_strain.of(direction).value)
+        return min(run.fabric.macro.deletion_strain(direction), run.rig.max_strain)
     last = [run.rig.max_strain]
     for one in run.fabric.inlays_along(direction):
         fracture, length = one.yarn.fracture_strain, one.yarn.crimp.of(direction).value

@@ -87,9 +87,12 @@ def _yarn_differences(run: Run, model: YarnModel) -> list[str]:
 
 
 def _shell_differences(card: Laminate) -> list[str]:
+    fails = (
+        f"; the model deletes shell elements at fibre strains of {100 * card.fail_strain[0]:.4g} % (warp) and "
+        f"{100 * card.fail_strain[1]:.4g} % (weft)"
+    )
     found = [
-        f"failure: none; the model deletes shell elements at fibre strains of {100 * card.fail_strain[0]:.4g} % (warp) "
-        f"and {100 * card.fail_strain[1]:.4g} % (weft)",
+        f"failure: none{fails if np.isfinite(card.fail_strain).all() else ''}",
         "stress: curves are force per reference width and thickness; the solver takes them as true stress, which "
         "differs by the strain and by the area lost in shear (13 % at 30 deg)",
         "twisting stiffness: from layers at their offset, not at half the thickness",
@@ -99,6 +102,8 @@ def _shell_differences(card: Laminate) -> list[str]:
         found.append(f"friction in shear, {100 * card.shear_friction:g} % of the force: left out, shear is elastic")
     if card.coupling_membrane or card.coupling_bending:
         found.append(f"coupling of warp and weft, {card.coupling_membrane:.3g} N/mm in the membrane: left out")
+    if card.energy is not None:
+        found.append("law of two strains: left out, curves are those of strips with free sides")
     if np.any(card.in_plane):
         found.append("in-plane bending stiffness, {:.3g} and {:.3g} N mm: left out".format(*card.in_plane))
     return found

@@ -145,7 +145,7 @@ def test_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         for row in found.values():
             yield make_counterpart(field.replace("_", " "), field, unit, quantity, row.mean, _citation(row), SAME)
     for direction in DIRECTIONS:
-        if "tension" not in fabric.macro.missing_card_parts:
+        if fabric.macro.tension is not None:
             row = _published_row(fabric, direction, "fracture_strain_pct")
             yield make_counterpart(
                 f"{direction} fracture strain", f"macro.fracture_strain.{direction}", "%",

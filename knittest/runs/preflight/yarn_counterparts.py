@@ -71,7 +71,7 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
         DENSITY, ("warp_density", "weft_density"),
     )  # fmt: skip
     for direction in DIRECTIONS:
-        if "tension" not in fabric.macro.missing_card_parts and len(fabric.inlays_along(direction)) == 1:
+        if fabric.macro.tension is not None and len(fabric.inlays_along(direction)) == 1:
             yield from _bundle_counterparts(fabric, direction)
         yield from _bending_counterparts(fabric, direction)
     try:

@@ -1,7 +1,8 @@
 """Macro material card: tension, shear and bending from meso simulations, and the fabric file that holds it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
 
@@ -14,15 +15,20 @@ from knittest.config.fabric import Direction
 from knittest.config.laws import ELASTIC
 from knittest.config.run import Run
 from knittest.config.yaml_writer import dump_mapping
+from knittest.experiment.biaxial_table import COLUMNS
 from knittest.experiment.curves import FORCE_PER_WIDTH, START
 from knittest.export.lock import DATA_FOLDER, copy_into_run
+from knittest.kernels.biaxial import sample_table
+from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.laboratory.tensile.config import TensileRun
+from knittest.materials.biaxial_table import BiaxialTable
+from knittest.materials.energy_fit import fit_energy
 from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
-from knittest.studies.homogenise.plan import PLANNED_TESTS, PlannedTest, overhang, width
+from knittest.studies.homogenise.plan import PlannedTest, overhang, strains_at_end, width
 
 Array = NDArray[np.float64]
 
@@ -30,6 +36,10 @@ Array = NDArray[np.float64]
 POINTS = 40
 #: smallest tangent of a tension curve, as a share of its secant: shell elements need one, breaking yarns have none
 LEAST_TANGENT = 0.01
+#: rows of a path of both strains, and intervals of the table from 0 to its highest strains
+PATH_ROWS, GRID = 81, 12
+#: weight of third differences between the paths, a hundred times that in a full table
+SMOOTHNESS = 0.1
 #: fewest rows of a run's curve up to the largest force
 FEWEST_ROWS = 2 * POINTS
 
@@ -122,6 +132,73 @@ def bending_stiffness(test: FinishedTest) -> float:
     return stiffness_of(test.results["chord_angle_deg"], overhang(run), weight)
 
 
+def strain_path(test: FinishedTest) -> tuple[Array, Array]:
+    """Strains [-] and forces per width [N/mm] of warp and weft along a path of both strains, (n, 2) each."""
+    share, warp = read_columns(test.folder, "path_pct", "warp_n_per_mm")
+    _, weft = read_columns(test.folder, "path_pct", "weft_n_per_mm")
+    return 0.01 * share[:, None] * np.array(strains_at_end(test.run)), np.column_stack([warp, weft])
+
+
+def biaxial_forces(test: FinishedTest) -> tuple[Array, Array, Array]:
+    """Larger strain [%], force per width [N/mm] of warp and of weft, (n,), along a path or in a biaxial test."""
+    if isinstance(test.run, CellRun):
+        strain, force = strain_path(test)
+        return 100.0 * np.abs(strain).max(axis=1), force[:, 0], force[:, 1]
+    assert isinstance(test.run, BiaxialRun)
+    strain_pct, own = read_columns(test.folder, "strain_pct", "force_n_per_mm")
+    _, other = read_columns(test.folder, "strain_pct", "cross_force_n_per_mm")
+    strain_pct = strain_pct * max(1.0, test.run.rig.ratio)
+    return (strain_pct, own, other) if test.run.rig.direction == "warp" else (strain_pct, other, own)
+
+
+def reached_share(test: FinishedTest) -> float:
+    """Share of its path that a cell has reached."""
+    return 0.01 * float(read_columns(test.folder, "path_pct", "warp_n_per_mm")[0][-1])
+
+
+def biaxial_table(paths: Sequence[FinishedTest]) -> tuple[BiaxialTable, float]:
+    """Table of the energy that fits the forces of ``paths`` of rising angle best, inside them, and their deviation."""
+    ends, strains, forces = [], [], []
+    for test in paths:
+        strain, force = strain_path(test)
+        even = np.linspace(0.0, 1.0, PATH_ROWS) * float(np.abs(strain).max())
+        at = np.abs(strain).max(axis=1)
+        strains.append(np.column_stack([np.interp(even, at, strain[:, i]) for i in range(2)]))
+        forces.append(np.column_stack([np.interp(even, at, force[:, i]) for i in range(2)]))
+        ends.append(strain[-1])
+    forces = [force - forces[0][0] for force in forces]  # a relaxed cell is free of stress, up to its residual
+    strain, corners = np.vstack(strains), np.array(ends)
+    law, deviation = fit_energy(strain, np.vstack(forces), [GRID, GRID], "paths of the cell", strain, SMOOTHNESS)
+    # as far as all paths along which the other direction contracts, between which strips are
+    step = np.array([min(end[i] for end in ends if _contracts(end, i)) for i in range(2)]) / GRID
+    lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), GRID + 1) for i in range(2)]
+    grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+    found = np.full(grid.shape, np.nan)
+    known = _is_between(grid, corners)
+    found[known] = sample_table(grid[known], law)[:, :2]
+    found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
+    return BiaxialTable(lines[0], lines[1], found), deviation
+
+
+def _contracts(end: Array, direction: int) -> bool:
+    """Tell whether a path to ``end`` pulls ``direction`` without pulling the other one."""
+    return bool(end[direction] > 0.0 and end[1 - direction] <= 1e-12)
+
+
+def _is_between(grid: Array, corners: Array) -> NDArray[np.bool_]:
+    """Tell which strains (..., 2) are in the triangles of zero strain and two neighbours of ``corners`` (n, 2)."""
+    inside = np.zeros(grid.shape[:-1], bool)
+    for a, b in pairwise(corners):
+        share = grid @ np.linalg.inv(np.stack([a, b]))
+        inside |= (share >= -1e-9).all(axis=-1) & (share.sum(axis=-1) <= 1.0 + 1e-9)
+    # a row and its neighbours of less pull: no gaps
+    for axis in range(2):
+        pulled = np.abs(grid[..., axis]) * (grid[..., axis] >= -1e-12)
+        outside = np.logical_or.accumulate((pulled > 0.0) & ~inside & (grid[..., 1 - axis] >= 0.0), axis=axis)
+        inside &= ~outside
+    return inside
+
+
 FABRIC = "fabric.yaml"
 #: characters of a fabric's name, and what is added to it
 LONGEST_NAME, SUFFIX = 40, "-homogenised"
@@ -130,28 +207,38 @@ DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
 
 @dataclass(frozen=True)
 class MacroCard:
-    """Macro material card from ``tests``: tension curves, strain [%] and force per width [N/mm], by direction; shear
-    law, angle [deg] and conjugate force [N/mm]; bending stiffness [N mm] by direction.
+    """Macro material card from ``tests``: tension curves, strain [%] and force per width [N/mm], by direction, or the
+    ``biaxial`` table of both; shear law, angle [deg] and conjugate force [N/mm]; bending stiffness [N mm] by direction.
     """
 
     tension: dict[Direction, tuple[Array, Array]]
     shear: tuple[Array, Array]
     bending: dict[Direction, float]
     tests: dict[PlannedTest, FinishedTest]
+    biaxial: BiaxialTable | None = None
+    #: largest deviation of the forces of the paths from those of an energy, over the largest force
+    deviation: float = 0.0
 
 
 def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
-    """Derive the card from finished ``tests``; raises :class:`NumericalError` for a curve of too few points."""
+    """Derive the card from finished ``tests``; raises :class:`NumericalError` for a curve of too few points, and
+    :class:`InputError` for forces over two strains that no energy gives.
+    """
     tension: dict[Direction, tuple[Array, Array]] = {}
     bending: dict[Direction, float] = {}
     shear: tuple[Array, Array] = (np.zeros(1), np.zeros(1))
+    paths: list[FinishedTest] = []
     for piece, test in tests.items():
         if piece.kind == "picture-frame":
             shear = shear_law(test)
+        elif piece.angle is not None:
+            paths.append(test)
         elif piece.direction and piece.kind == "tensile":
             tension[piece.direction] = tension_of(test)
         elif piece.direction:
             bending[piece.direction] = bending_stiffness(test)
+    if paths:
+        return MacroCard(tension, shear, bending, tests, *biaxial_table(paths))
     return MacroCard(tension, shear, bending, tests)
 
 
@@ -170,6 +257,11 @@ def write_card(card: MacroCard, folder: Path, command: str) -> Path:
         lines += [f"fracture_strain_pct: {strain[-1]:.6g}", f"peak_force_n_per_mm: {force[-1]:.6g}"]
         head = kind + "".join(f"# {line}\n" for line in lines) + f"strain_pct,{FORCE_PER_WIDTH}\n"
         write_atomic(data / f"tension-{direction}.csv", head + _csv_rows(strain, force))
+    if card.biaxial is not None:
+        strain, force = card.biaxial.samples
+        head = f"{kind}# source: {_source(card, 'biaxial')}\n{','.join(COLUMNS)}\n"
+        rows = np.column_stack([100.0 * strain, force])
+        write_atomic(data / "biaxial.csv", head + "".join(",".join(f"{v:.7g}" for v in row) + "\n" for row in rows))
     head = f"{kind}# source: {_source(card, 'picture-frame')}\n{ANGLE},shear_force_n_per_mm\n"
     write_atomic(data / "shear.csv", head + _csv_rows(*card.shear))
     head = f"# Fabric {run.fabric.name} with a macro material card from meso simulations, made by\n#   {command}\n"
@@ -180,10 +272,15 @@ def write_card(card: MacroCard, folder: Path, command: str) -> Path:
 def card_numbers(card: MacroCard) -> dict[str, float]:
     """Single numbers of the card by their field, and the ends of its curves."""
     found: dict[str, float] = {}
+    if card.biaxial is not None:
+        found["biaxial, largest warp strain [%]"] = 100.0 * float(card.biaxial.warp[-1])
+        found["biaxial, largest weft strain [%]"] = 100.0 * float(card.biaxial.weft[-1])
+        found["biaxial, deviation from an energy [%]"] = 100.0 * card.deviation
     for direction in DIRECTIONS:
-        strain, force = card.tension[direction]
-        found[f"fracture_strain.{direction} [%]"] = float(strain[-1])
-        found[f"tension.{direction}, peak [N/mm]"] = float(force[-1])
+        if direction in card.tension:
+            strain, force = card.tension[direction]
+            found[f"fracture_strain.{direction} [%]"] = float(strain[-1])
+            found[f"tension.{direction}, peak [N/mm]"] = float(force[-1])
         found[f"bending_stiffness.{direction} [N mm]"] = card.bending[direction]
     found["shear, last angle [deg]"] = float(card.shear[0][-1])
     found["shear, last force [N/mm]"] = float(card.shear[1][-1])
@@ -201,9 +298,16 @@ def _fabric(card: MacroCard, run: Run, folder: Path) -> dict[str, Any]:
     data["title"] = f"{run.fabric.title}; macro material card homogenised from yarns".removeprefix("; ")
     macro = data["macro"]
     friction = ELASTIC if run.fabric.macro.shear is None else run.fabric.macro.shear.friction_share
-    macro["tension"] = {d: f"{DATA_FOLDER}/tension-{d}.csv" for d in DIRECTIONS}
-    ends = {d: float(card.tension[d][0][-1]) for d in DIRECTIONS}
-    macro["fracture_strain"] = {d: _derived_quantity(end, _source(card, "tensile", d)) for d, end in ends.items()}
+    if card.biaxial is None:
+        macro["tension"] = {d: f"{DATA_FOLDER}/tension-{d}.csv" for d in DIRECTIONS}
+        ends = {d: float(card.tension[d][0][-1]) for d in DIRECTIONS}
+        macro["fracture_strain"] = {d: _derived_quantity(end, _source(card, "tensile", d)) for d, end in ends.items()}
+    else:
+        for name in ("tension", "fracture_strain", "poisson"):
+            macro.pop(name, None)
+        macro["biaxial"] = {
+            "curve": f"{DATA_FOLDER}/biaxial.csv", "source": "derived", "ref": _source(card, "biaxial"),
+        }  # fmt: skip
     macro["bending_stiffness"] = {
         d: _derived_quantity(card.bending[d], _source(card, "cantilever", d)) for d in DIRECTIONS
     }
@@ -222,12 +326,17 @@ def _derived_quantity(value: float, ref: str) -> dict[str, Any]:
 
 def _source(card: MacroCard, kind: str, direction: Direction | None = None) -> str:
     """Source of a number: its run."""
-    piece = next(p for p in PLANNED_TESTS if (p.kind, p.direction) == (kind, direction))
+    piece = next(p for p in card.tests if (p.kind, p.direction) == (kind, direction))
     test = card.tests[piece]
     run = test.run
     of = f"{piece.name}, meso model"
     if isinstance(run, CellRun):
         equal = ", all yarns of equal strength" if kind == "tensile" else ""
+        if piece.angle is not None:
+            return (
+                f"homogenised from {sum(p.angle is not None for p in card.tests)} paths of both strains of a periodic "
+                f"cell, the first trials/{test.key}, {run.fabric.name}, {run.parameters}, preset {run.model.preset}"
+            )
         of = f"path {run.rig.path} of a periodic cell{equal}"
     return (
         f"homogenised from run trials/{test.key}: {of}, {run.fabric.name}, {run.parameters}, preset "

@@ -9,6 +9,7 @@ from knittest.studies.homogenise.card import (
     Array,
     FinishedTest,
     bending_stiffness,
+    biaxial_forces,
     normalised_shear_force,
     tension_to_peak,
 )
@@ -41,6 +42,8 @@ class ScaleRow:
 
 def compare_scales(piece: PlannedTest, yarns: FinishedTest, shells: FinishedTest) -> list[ScaleRow]:
     """Rows of a test that both scales have, of the same size."""
+    if piece.angle is not None:
+        return _biaxial_rows(piece, yarns, shells)
     if piece.kind == "tensile":
         return _tension_rows(piece, yarns, shells)
     if piece.kind == "picture-frame":
@@ -80,6 +83,21 @@ def _tension_rows(piece: PlannedTest, yarns: FinishedTest, shells: FinishedTest)
     force, share = float(own[1][worst]), float(100.0 * off[worst] / own[1][-1])
     name = f"largest difference, at {own[0][worst]:.2f} %, over the peak"
     return [*rows, ScaleRow(piece.name, name, unit, force, force + float(off[worst]), share)]
+
+
+def _biaxial_rows(piece: PlannedTest, yarns: FinishedTest, shells: FinishedTest) -> list[ScaleRow]:
+    """Forces of both directions over the strain of the stronger pull, with deviations over the larger force."""
+    own, other = biaxial_forces(yarns), biaxial_forces(shells)
+    last, rows = min(float(own[0][-1]), float(other[0][-1])), []
+    for share in (*SHARES, 1.0 - NEAR_STRAIN):
+        forces = [
+            [_mean_near(strain, f, share * last, NEAR_STRAIN * last) for f in both] for strain, *both in (own, other)
+        ]
+        largest = max(map(abs, forces[0]))
+        for name, yarn, shell in zip(("warp", "weft"), *forces, strict=True):
+            text = f"{name} force at {share * last:.3g} %, deviation over the larger force"
+            rows.append(ScaleRow(piece.name, text, "N/mm", yarn, shell, 100.0 * (shell - yarn) / largest))
+    return rows
 
 
 def _mean_near(x: Array, y: Array, at: float, half: float) -> float:

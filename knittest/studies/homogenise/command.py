@@ -22,13 +22,15 @@ from knittest.studies.homogenise import card as cards
 from knittest.studies.homogenise.card import FABRIC, FinishedTest, MacroCard
 from knittest.studies.homogenise.check import ANGLES, TOLERANCE, ScaleRow, compare_scales
 from knittest.studies.homogenise.plan import (
-    PLANNED_TESTS,
+    REPEATED,
     PlannedTest,
     Request,
     cell_macro_run,
     cell_run,
+    is_coupled,
     macro_run,
     meso_run,
+    planned_tests,
 )
 from knittest.studies.trials.figure import dress_panel
 from knittest.studies.trials.pool import LocalPool
@@ -150,7 +152,7 @@ def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
     panels = figure.subplots(2, 2).ravel()
     figure.subplots_adjust(left=0.08, right=0.97, bottom=0.08, top=0.86, wspace=0.22, hspace=0.42)
     curves = [piece for piece in pairs if piece.kind != "cantilever"]
-    for axes, piece in zip(panels, curves, strict=False):
+    for axes, piece in zip(panels, curves[:2] + curves[-1:], strict=False):
         _draw_curves(dress_panel(axes), piece, *pairs[piece])
     _draw_bending(dress_panel(panels[3]), {piece: pair for piece, pair in pairs.items() if piece.kind == "cantilever"})
     run, worst = outcome.run, outcome.worst
@@ -169,14 +171,22 @@ def homogenise_picture(outcome: Outcome, pairs: Pairs, path: Path) -> None:
 
 
 def _draw_curves(axes: "Axes", piece: PlannedTest, yarns: FinishedTest, shells: FinishedTest) -> None:
-    tensile = piece.kind == "tensile"
+    tensile, biaxial = piece.kind == "tensile", piece.angle is not None
     styles = (("meso model", BLUE, "-", 2.4), ("macro model with the card", ORANGE, "--", 1.6))
     for test, (label, colour, dash, thick) in zip((yarns, shells), styles, strict=True):
+        if biaxial:
+            strain, *forces = cards.biaxial_forces(test)
+            for k, force in enumerate(forces):
+                axes.plot(strain, force, dash, color=colour, linewidth=thick, label=None if k else label)
+            continue
         curve = cards.tension_to_peak(test) if tensile else cards.normalised_shear_force(test)
         axes.plot(*curve, dash, color=colour, linewidth=thick, label=label)
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
-    if tensile:
+    if biaxial:
+        axes.set(xlabel="larger strain [%]", ylabel="force per width [N/mm]")
+        axes.set_title(f"both strains, at {piece.angle:g} deg: forces of warp and weft", loc="left", fontsize=10.5)
+    elif tensile:
         axes.set(xlabel="strain [%]", ylabel="force per width [N/mm]")
         axes.set_title(f"tension, {piece.direction}, up to the largest force", loc="left", fontsize=10.5)
     else:
@@ -215,10 +225,10 @@ def run_homogenisation(request: Request, options: HomogeniseOptions, command: st
     ``command`` is how it was called. Raises :class:`InputError` before anything runs.
     """
     cell = request.source == "cell"
-    runs = {piece: (cell_run if cell else meso_run)(request, piece) for piece in PLANNED_TESTS}
-    first = runs[PLANNED_TESTS[0]]
+    runs = {piece: (cell_run if cell else meso_run)(request, piece) for piece in planned_tests(request)}
+    first = next(iter(runs.values()))
     name = f"{slug(first.fabric.name)}-{slug(first.parameters)}-{first.model.preset}"
-    name = f"homogenise{'-cell' if cell else ''}-{name}"
+    name = f"homogenise{'-cell' if cell else ''}{'-coupled' if is_coupled(request) else ''}-{name}"
     folder = study_folder(options.out or Path("runs") / name, REQUEST, f"{command}\n", "homogenisation")
     outcome = Outcome(first, command)
     with handle_signals():
@@ -246,17 +256,23 @@ def _work(runs: dict[PlannedTest, Run], folder: Path, options: HomogeniseOptions
         outcome.card = made = cards.card_of(yarns)
         card, last = cards.write_card(made, folder, outcome.command), float(made.shear[0][-1])
         macro = {
-            p: cell_macro_run(p, run, card, last, made.bending) if cell else macro_run(p, run, card, last)
+            p: _cell_macro_run(p, yarns[p], card, last, made) if cell else macro_run(p, run, card, last)
             for p, run in runs.items()
+            if p.angle is None or p.angle in REPEATED
         }
         shells = _run_tests(macro, "shells", folder, options, outcome)
     except (NumericalError, InputError) as error:
         (folder / FABRIC).unlink(missing_ok=True)
         outcome.card, outcome.failure = None, str(error)
         return {}
-    pairs = {piece: (yarns[piece], shells[piece]) for piece in runs}
+    pairs = {piece: (yarns[piece], shells[piece]) for piece in macro}
     outcome.rows = [row for piece, pair in pairs.items() for row in compare_scales(piece, *pair)]
     return pairs
+
+
+def _cell_macro_run(piece: PlannedTest, yarns: FinishedTest, card: Path, last_angle: float, made: MacroCard) -> Run:
+    reached = 1.0 if piece.angle is None else cards.reached_share(yarns)
+    return cell_macro_run(piece, yarns.run, card, last_angle, made.bending, reached)
 
 
 def _run_tests(

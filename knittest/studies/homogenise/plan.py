@@ -1,10 +1,13 @@
 """Tests of a homogenisation: five meso tests, or paths of a periodic cell, and the macro tests with the card."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from math import floor
 from pathlib import Path
 from typing import Literal
+
+import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
@@ -13,6 +16,7 @@ from knittest.config.rigs import StripRig
 from knittest.config.run import Run
 from knittest.config.settings import Setting, parse_set
 from knittest.laboratory.cantilever.config import CantileverRun
+from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.strips import carrying_width
 from knittest.laboratory.tensile.config import TensileRun
@@ -25,15 +29,17 @@ LENGTH_FACTOR = 1.2
 
 @dataclass(frozen=True)
 class PlannedTest:
-    """Test of the plan, along ``direction`` if it has one."""
+    """Test of the plan, along ``direction`` if it has one, or of both strains at an ``angle`` [deg] of their plane."""
 
     kind: str
     direction: Direction | None = None
+    angle: float | None = None
 
     @property
     def name(self) -> str:
         """Name such as ``tensile warp``."""
-        return f"{self.kind} {self.direction or ''}".strip()
+        at = "" if self.angle is None else f"{self.angle:g} deg"
+        return f"{self.kind} {self.direction or ''}{at}".strip()
 
 
 PLANNED_TESTS = (
@@ -41,6 +47,12 @@ PLANNED_TESTS = (
     PlannedTest("picture-frame"), PlannedTest("cantilever", "warp"),
     PlannedTest("cantilever", "weft"),
 )  # fmt: skip
+#: paths of the law of two strains: 0 deg is the warp, 90 deg the weft, each strain over the largest one of its
+#: direction; before and after, the other direction contracts. Those that the macro model repeats
+PATH_ANGLES, REPEATED = (-45.0, -22.5, 0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0), (0.0, 45.0, 90.0)
+#: and the share of each path that they repeat: beyond it, corners of the table are missing
+REPEATED_SHARE = 0.9
+COUPLED_TESTS = (*(PlannedTest("biaxial", angle=angle) for angle in PATH_ANGLES), *PLANNED_TESTS[2:])
 
 
 @dataclass(frozen=True)
@@ -58,6 +70,31 @@ class Request:
     sets: tuple[str, ...] = ()
     accept_limits: bool = False
     source: Source = "tests"
+    coupled: bool = False
+
+
+def is_coupled(request: Request) -> bool:
+    """Tell whether the card has one law of both directions, as fabrics without inlays in a direction need."""
+    return request.coupled or _lacks_inlays(request)
+
+
+@cache
+def _lacks_inlays(request: Request) -> bool:
+    """Tell whether the fabric of ``request`` has no inlays in one direction."""
+    fabric = resolve_meso_run(request, "cell", None, []).fabric
+    return any(not fabric.inlays_along(direction) for direction in ("warp", "weft"))
+
+
+def planned_tests(request: Request) -> tuple[PlannedTest, ...]:
+    """Tests of ``request``; raises :class:`InputError` for one law of both directions from tests of specimens."""
+    if not is_coupled(request):
+        return PLANNED_TESTS
+    if request.source != "cell":
+        raise InputError(
+            "the card has one law of both directions (--coupled, or a fabric without inlays in one direction), which "
+            "needs paths of a cell: add --from cell"
+        )
+    return COUPLED_TESTS
 
 
 def meso_run(request: Request, piece: PlannedTest) -> Run:
@@ -136,7 +173,7 @@ def overhang(run: Run) -> float:
 
 def settings_for(texts: Sequence[str], piece: PlannedTest) -> list[Setting]:
     """Settings among ``texts`` that are for ``piece``."""
-    kinds = {one.kind for one in PLANNED_TESTS}
+    kinds = {one.kind for one in (*PLANNED_TESTS, *COUPLED_TESTS)}
     found = []
     for text in texts:
         kind, _, rest = text.partition(".")
@@ -156,6 +193,10 @@ def command_setting(name: str, value: object) -> Setting:
 STRAIN_MARGIN = 1.05
 #: angle [deg] of the sheared cell: the last whole step of the law is beyond 40 deg
 ANGLE = 42.5
+#: largest strain [%] of paths along a direction that no inlay limits
+KNIT_STRAIN = 50.0
+#: speed [m/s] of paths of both strains, and their longest duration [ms]
+PATH_SPEED, PATH_TIME = 0.4, 20.0
 
 
 def cell_run(request: Request, piece: PlannedTest) -> Run:
@@ -165,17 +206,51 @@ def cell_run(request: Request, piece: PlannedTest) -> Run:
         if (name := ".".join(map(str, setting.path))) in fixed:
             needed = f"{name} = {fixed[name]}"
             raise InputError(f"{setting.place}: {piece.name} of a cell needs {needed}: remove this setting")
+    if piece.angle is not None:
+        return _strained_cell_run(request, piece.angle, sets)
     settings = [command_setting(name, value) for name, value in fixed.items()]
     run = resolve_meso_run(request, "cell", None, [*settings, *sets])
     if run.variability.specimens > 1:
         raise InputError("variability.specimens: all yarns of a cell are equal: leave it at 1")
     usual = []  # tensile paths reach yarn failure, and the shear law ends beyond 40 deg
     if piece.kind == "tensile":
-        most = run.fabric.straight_failure_strain(str(piece.direction))
-        usual = [command_setting("rig.max_strain", round(100.0 * STRAIN_MARGIN * most, 4))]
+        usual = [command_setting("rig.max_strain", _inlay_strain(run, str(piece.direction)))]
     elif piece.kind == "picture-frame":
         usual = [command_setting("rig.max_angle", ANGLE)]
     return resolve_meso_run(request, "cell", None, [*settings, *usual, *sets])
+
+
+def _inlay_strain(run: Run, direction: str) -> float:
+    """Strain [%] beyond that at which straight inlays of ``direction`` fail; without inlays that of a knit."""
+    most = run.fabric.straight_failure_strain(direction)
+    return round(100.0 * STRAIN_MARGIN * most, 4) if np.isfinite(most) else KNIT_STRAIN
+
+
+def _strained_cell_run(request: Request, angle: float, sets: Sequence[Setting]) -> Run:
+    """Path of a cell to strains of warp and weft at ``angle`` [deg] of their plane."""
+    run = resolve_meso_run(request, "cell", None, [command_setting("rig.path", "biaxial"), *sets])
+    if run.variability.specimens > 1:
+        raise InputError("variability.specimens: all yarns of a cell are equal: leave it at 1")
+    assert isinstance(run, CellRun)
+    most = run.rig.max_strain if "max_strain" in run.rig.model_fields_set else KNIT_STRAIN
+    way = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
+    way *= np.array([min(most, _inlay_strain(run, d)) for d in ("warp", "weft")]) / np.abs(way).max()
+    steps = [[0.0, 1.0, 0.0, 0.0, 1.0], [1.0, 1.0 + 0.01 * way[1], 0.0, 0.0, 1.0 + 0.01 * way[0]]]
+    settings = [
+        command_setting("rig.path", "steps"),
+        command_setting("rig.steps", [tuple(float(round(v, 9)) for v in row) for row in steps]),
+        command_setting("rig.at_fracture", "ends"),
+        command_setting("solver.speed", max(PATH_SPEED, round(float(np.abs(way).max()) / PATH_TIME, 3))),
+    ]
+    others = [setting for setting in sets if setting.path != ("rig", "max_strain")]
+    return resolve_meso_run(request, "cell", None, [*settings, *others])
+
+
+def strains_at_end(run: Run) -> tuple[float, float]:
+    """Strains [-] of warp and weft at the end of a path of :func:`cell_run`."""
+    assert isinstance(run, CellRun)
+    _, weft, _, _, warp = run.rig.steps[-1]
+    return warp - 1.0, weft - 1.0
 
 
 def _rounded_down(angle: float) -> float:
@@ -184,11 +259,24 @@ def _rounded_down(angle: float) -> float:
 
 
 def cell_macro_run(
-    piece: PlannedTest, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float]
-) -> Run:
-    """Macro run of ``piece`` of usual size; ``last_angle`` [deg] ends frames, ``stiffness`` [N mm] sets overhangs."""
+    piece: PlannedTest, yarns: Run, card: Path, last_angle: float, stiffness: dict[Direction, float],
+    reached: float = 1.0,
+) -> Run:  # fmt: skip
+    """Macro run of ``piece`` of usual size; ``last_angle`` [deg] ends frames, ``stiffness`` [N mm] sets overhangs, and
+    the share of the path that the cell has ``reached`` ends biaxial tests.
+    """
     if piece.kind == "picture-frame":
         return resolve_macro_run(piece, yarns, card, [command_setting("rig.max_angle", _rounded_down(last_angle))])
+    if piece.angle is not None:
+        direction: Direction = "warp" if piece.angle <= 45.0 else "weft"
+        other = 1 if direction == "warp" else 0
+        ends = np.array(strains_at_end(yarns))
+        most = REPEATED_SHARE * reached * float(ends[1 - other])
+        square = [
+            command_setting("rig.ratio", max(float(round(ends[other] / ends[1 - other], 6)), 0.0)),
+            command_setting("rig.max_strain", float(f"{100.0 * most:.6g}")),
+        ]
+        return resolve_macro_run(replace(piece, direction=direction), yarns, card, square)
     whole = command_setting("rig.width", width(resolve_macro_run(piece, yarns, card, [])))
     run = resolve_macro_run(piece, yarns, card, [whole])
     if not isinstance(run, CantileverRun) or piece.direction is None:
@@ -205,6 +293,8 @@ def cell_macro_run(
 
 
 def _path_settings(piece: PlannedTest) -> dict[str, object]:
+    if piece.angle is not None:
+        return {"rig.path": "steps", "rig.steps": "those of the plan", "rig.at_fracture": "ends"}
     if piece.kind == "tensile":
         return {"rig.path": piece.direction, "rig.at_fracture": "ends"}
     if piece.kind == "cantilever":
