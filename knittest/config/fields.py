@@ -40,8 +40,11 @@ class ConfigField:
 
 def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
     """Field at ``path`` of a run of ``kind`` (or of the model ``kind``); ``None`` if there is none."""
-    here = ConfigField(_root(kind), "the run")
+    here, entry = ConfigField(_root(kind), "the run"), None
     for part in path:
+        if entry is not None and str(part).isdigit():  # number of an entry of a list
+            here, entry = ConfigField(entry, here.description), None
+            continue
         if here.model is None or part not in here.model.model_fields:
             return None
         info = here.model.model_fields[str(part)]
@@ -49,6 +52,7 @@ def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
         if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry unit and bounds of their holder
             meta = {"unit": here.unit} if part == "sd" else here.meta
         here = ConfigField(model_of(info.annotation), info.description or here.description, meta)
+        entry = model_of(info.annotation, contained=True) if here.model is None else None
     return here
 
 
