@@ -316,16 +316,19 @@ def cell_picture(path: Path, cell: Cell, title: str) -> None:
     thick = (1.0 + _FREE) * cell.thickness
     figure = new_figure(15.0, 1.5 + 4.8 * height / width + 7.2 * thick / min(width, height))
     figure.suptitle(f"{title}: {width:.1f} x {height:.1f} mm, thickness {cell.thickness:.2f} mm")
-    upper, lower = figure.add_gridspec(2, 1, height_ratios=(4.8 * height / width, 7.2 * thick / min(width, height)))
-    for place, (name, about_x, about_y) in zip(upper.subgridspec(1, 3), _VIEWS, strict=True):
+    grid = figure.add_gridspec(2, 1, height_ratios=(4.8 * height / width, 7.2 * thick / min(width, height)))
+    upper, lower = grid[0].subgridspec(1, len(_VIEWS)), grid[1].subgridspec(1, len(_SECTIONS))
+    for k, (name, about_x, about_y) in enumerate(_VIEWS):
         view = View(-0.5 * width, 0.5 * width, -0.5 * height, 0.5 * height, _PIXEL)
-        _draw_yarns(figure.add_subplot(place), name, yarns, _turn_matrix(about_x, about_y), 0.5 * count * pitch, view)
+        _draw_yarns(
+            figure.add_subplot(upper[k]), name, yarns, _turn_matrix(about_x, about_y), 0.5 * count * pitch, view
+        )
     middle = 0.5 * sum(cell.faces)
-    for place, (name, turn, forward, along) in zip(lower.subgridspec(1, 2), _SECTIONS, strict=True):
+    for k, (name, turn, forward, along) in enumerate(_SECTIONS):
         wide, depth = _CELLS * pitch[along], float(cell.spec.size[1 - along])
         view = View(-0.5 * wide, 0.5 * wide, middle - 0.5 * thick, middle + 0.5 * thick, _PIXEL)
         centre = (0.5 * count + np.array(forward)) * pitch
-        _draw_yarns(figure.add_subplot(place), name, yarns, np.array(turn), centre, view, depth)
+        _draw_yarns(figure.add_subplot(lower[k]), name, yarns, np.array(turn), centre, view, depth)
     figure.tight_layout()
     save(figure, path)
 
