@@ -216,7 +216,8 @@ def _check_side(cell: "Cell", start: "Cell", one: Crossing) -> None:
     inlay = cell.curves[one.under if is_loop_over else one.over]
     closed = start.curves[loop].closed[:, 2]
     height = float(np.interp(place, np.arange(len(closed)), closed))
-    low, high = start.layer_faces
+    levels = [float(one.points[:, 2].mean()) for one in start.curves if one.system != KNIT]
+    low, high = min(levels), max(levels)
     if (height > high and not is_loop_over) or (height < low and is_loop_over):
         side = "behind" if height > high else "in front of"
         part = "legs" if height > high else "sinker arcs"

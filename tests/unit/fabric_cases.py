@@ -1,11 +1,13 @@
-"""Cells of the two studied variants, relaxed once for all tests."""
+"""Cells of the two studied variants, relaxed once for all tests, and of plain biaxial fabrics."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
-from knittest.fabric.cell import Cell, CellSpec
-from knittest.fabric.relaxation import relax_cell
+from knittest.config.structure import Direction
+from knittest.fabric.cell import Cell, CellSpec, LayerSpec
+from knittest.fabric.relaxation import _Relaxation, relax_cell
 
 WALE = 100 / 28
 COURSE = {"V1": 100 / 28, "V2": 100 / 41}
@@ -13,9 +15,50 @@ LOOP_LENGTH = {"V1": 14.4, "V2": 13.4}
 BENDING = {"V1": (18.1, 12.4), "V2": (29.6, 26.2)}
 
 
+def layer(direction: Direction, crimp: float = 0.0, bending: float = 18.0, diameter: float = 0.75) -> LayerSpec:
+    """Layer of circular inlays in every wale or course, the only one of its direction."""
+    return LayerSpec(direction, direction, diameter, diameter, crimp, bending)
+
+
+def biaxial(
+    wale: float,
+    course: float,
+    loop_length: float,
+    *,
+    crimp: float = 0.0,
+    bending: tuple[float, float] = (18.1, 12.4),
+    bending_knit: float = 0.05,
+    diameter: float = 0.75,
+    knit_diameter: float = 0.5,
+) -> CellSpec:
+    """Plain knit with a warp in every wale behind a weft in every course."""
+    layers = (layer("warp", crimp, bending[0], diameter), layer("weft", crimp, bending[1], diameter))
+    return CellSpec(wale, course, loop_length, knit_diameter, bending_knit, layers)
+
+
+def crimped(spec: CellSpec, crimp: float = 0.006) -> CellSpec:
+    return replace(spec, layers=tuple(replace(one, crimp=crimp) for one in spec.layers))
+
+
+def points_of(cell: Cell, system: str, index: int = 0) -> np.ndarray:
+    """Centre-line [mm] of yarn ``index`` of ``system``."""
+    return cell.of(system)[index].points
+
+
+def with_points(cell: Cell, system: str, points: np.ndarray, index: int = 0) -> Cell:
+    """The cell with another centre-line of yarn ``index`` of ``system``."""
+    old = cell.of(system)[index]
+    return replace(cell, curves=tuple(replace(one, points=points) if one is old else one for one in cell.curves))
+
+
+def start_cell(spec: CellSpec) -> Cell:
+    """The start curves that a relaxation begins with."""
+    return _Relaxation(spec, 1.0).cell()
+
+
 def spec(variant: str, crimp: float = 0.006, loop_length: float | None = None) -> CellSpec:
     length = LOOP_LENGTH[variant] if loop_length is None else loop_length
-    return CellSpec(WALE, COURSE[variant], length, 0.75, 0.5, crimp, crimp, *BENDING[variant], 0.05)
+    return biaxial(WALE, COURSE[variant], length, crimp=crimp, bending=BENDING[variant])
 
 
 @cache
