@@ -39,6 +39,10 @@ UNSETTLED = "not computed: yarns start without contact forces"
 #: from 2 % on, frames changed tension by 0.2 %; from 5 and 53 % by 11 and 14 %, and their forces by at most 0.9 %
 CREEPING = 3.0
 CREEPS = ": loop tension and forces of crossings are accurate to about 10 %, forces of picture frames to 1 %"
+#: imbalance [%] above which nothing is known of these numbers
+UNBALANCED = 50.0
+NO_EQUILIBRIUM = f"no equilibrium was found: imbalance {{:.2g}} %, limit {UNBALANCED:g} %"
+SLACK = "negative: the loops are slack"
 
 
 @dataclass(frozen=True)
@@ -104,8 +108,14 @@ def equilibrium_line(numbers: Mapping[str, Value]) -> str:
     """Line of a terminal on the initial equilibrium: thickness and loop tension, with their accuracy."""
     means = {name: _mean(value) for name, value in numbers.items()}
     residual = means["out_of_balance_pct"]
-    note = " (accurate to about 10 %)" if residual > CREEPING else ""
-    note = note if math.isfinite(residual) else " (equilibrium not computed)"
+    notes = [SLACK] if means["loop_tension_n"] < 0.0 else []
+    if not math.isfinite(residual):
+        notes.append("equilibrium not computed")
+    elif residual > UNBALANCED:
+        notes.append(NO_EQUILIBRIUM.format(residual))
+    elif residual > CREEPING:
+        notes.append("accurate to about 10 %")
+    note = f" ({'; '.join(notes)})" if notes else ""
     return f"thickness {means['thickness_mm']:.2f} mm, loop tension {means['loop_tension_n']:.2g} N{note}"
 
 
@@ -119,8 +129,12 @@ def _mean(value: Value) -> float:
 def _number_text(name: str, text: str, value: float) -> str:
     if not math.isfinite(value):
         return UNSETTLED if name == "out_of_balance_pct" else "unknown"
+    if name == "out_of_balance_pct" and value > UNBALANCED:
+        return f"{NO_EQUILIBRIUM.format(value)}. Loop tension and forces of crossings are not reliable"
     if name == "out_of_balance_pct" and value > CREEPING:
         return text.format(value) + CREEPS
+    if name == "loop_tension_n" and value < 0.0:
+        return f"{text.format(value)} ({SLACK})"
     if name == WRAP and value < UNIQUE:
         return f"{text.format(value)}; {SPLITS}{REMEDY}"
     low, high = RELAXED.get(name, (0.0, 0.0))

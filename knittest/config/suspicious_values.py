@@ -209,7 +209,17 @@ def _rejected_card(run: Run) -> Iterator[str]:
     bending = {f"bending_stiffness.{d}": macro.bending_stiffness.of(d).ref for d in ("warp", "weft")}
     for name, ref in {"shear": macro.shear.ref, **bending}.items():
         if REJECTED in ref:
-            yield f"fabric.macro.{name}{REJECTED}{ref.partition(REJECTED)[2]}; give a measured one"
+            failure = first_failure(ref.partition(REJECTED)[2])
+            decides = any(f"macro.{name}".startswith(field) for field in deciding_fields(run))
+            yield (
+                f"fabric.macro.{name} is not reliable: its cell simulation failed a quality check ({failure}). The "
+                f"results of this test {'depend' if decides else 'do not depend'} on it. Add a measured value"
+            )
+
+
+def first_failure(failures: str) -> str:
+    """First of the ``failures`` of quality checks, without its advice."""
+    return failures.partition(";")[0]
 
 
 def _fraction_notes(run: Run) -> Iterator[str]:

@@ -153,6 +153,8 @@ def new_fabric_text(
         start = start.model_copy(update={system: _make_yarn(system, text)})
         own.append(f"The numbers of {system}, area_mass and thickness are derived from {text}.")
     if yarns:
+        start = _scale_to_yarns(start, like)
+        own.append(f"The densities and loop_length of {like.name} are scaled to the diameters of these yarns.")
         start = start.model_copy(
             update={name: Quantity.model_validate(made) for name, made in mass_and_thickness(start).items()}
         )
@@ -175,6 +177,23 @@ def new_fabric_text(
     if fabric.reinforcing is None:
         own.append(f"The yarns of {like.name} do not fit this area mass and are left out: --scale meso needs your own.")
     return fabric_template(fabric, like.name, own)
+
+
+def _scale_to_yarns(fabric: Fabric, like: Fabric) -> Fabric:
+    """Copy of ``fabric`` with spacings and loop length of ``like``, scaled by the room that the yarns take: the
+    diameters of an inlay and of a knitting yarn on both of its sides. Otherwise thin yarns form slack loops.
+    """
+    rooms = (one.reinforcing.beam_diameter.value + 2.0 * one.knitting.beam_diameter.value for one in (fabric, like))
+    factor = next(rooms) / next(rooms)
+    ref = f"as {like.name}, scaled by the yarn diameters"
+
+    def scaled(name: str, by: float) -> Quantity:
+        old: Quantity = getattr(like, name)
+        sd = None if old.sd is None else float(f"{by * old.sd:.2g}")
+        return Quantity(value=float(f"{by * old.value:.3g}"), sd=sd, source="assumed", ref=ref)
+
+    powers = {"warp_density": 1.0 / factor, "weft_density": 1.0 / factor, "loop_length": factor}
+    return fabric.model_copy(update={name: scaled(name, by) for name, by in powers.items()})
 
 
 def _make_yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:

@@ -28,7 +28,7 @@ MAX_BYTES = 10_000_000
 #: line in the head of a curve
 FABRIC = "fabric"
 #: reference of a number that knittest new took over
-_AS = re.compile(r"as (\S+)")
+_AS = re.compile(r"as (\S+?)(, scaled by the yarn diameters)?")
 
 
 def borrowed_curves(fabric: Fabric) -> dict[str, str]:

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-from math import ceil, sqrt
+from math import ceil, floor, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -185,9 +185,12 @@ RADIUS_STEPS = np.linspace(0.15, 1.0, 20)
 DRAW_IN = 0.01
 #: penalty [N/mm], force [N] and iterations of a step on the way
 PENALTY, ON_THE_WAY, BRIEF = 100.0, 0.05, 400
-#: penalties [N/mm] of the steps at the end, each to the force at rest [N]; the last ones only if still needed
+#: penalties [N/mm] of the steps at the end; the last ones only if still needed
 FIRM_PENALTIES = (100.0, 400.0, 800.0, 1600.0, 3200.0, 6400.0, 12800.0, 25600.0)
-AT_REST, PATIENT = 2e-4, 60_000
+#: largest residual force in equilibrium: over EI / L^2 of the loop [-], as its forces grow with that, and in [N]
+RESIDUAL, LARGEST_RESIDUAL = 0.1, 2e-4
+#: iterations of a step at the end
+PATIENT = 60_000
 #: accepted penetration over radius and deviation of the loop length
 PENETRATION, LENGTH_ERROR = 5e-3, 1e-3
 #: residual force over that of the deepest contact which closest points may keep up that jump between segments
@@ -230,12 +233,24 @@ def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:
     except LockedLoopError as locked:
         raise InputError(_too_short_message(spec, locked)) from None
     except NumericalError as error:
+        shorter = _shorter_loop(spec)
+        length = f"a shorter loop_length, such as {shorter:g} mm" if shorter else "another loop_length"
         raise NumericalError(
             f"{error}: loops of {spec.loop_length:.4g} mm of a {spec.knit_diameter:.4g} mm yarn find no equilibrium "
-            f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected another loop_length (relaxed plain knits "
+            f"in cells of {spec.wale:.4g} x {spec.course:.4g} mm; expected {length} (relaxed plain knits "
             f"have {(STITCHES * spec.wale * spec.course) ** 0.5:.3g} mm), warp_density or weft_density, or thinner "
             "yarns"
         ) from None
+
+
+def _shorter_loop(spec: CellSpec) -> float | None:
+    """Shorter loop [mm] that relaxes, tried: slack loops curl over each other; None if none does."""
+    share = 1.0 / LONGER
+    while share * LONGEST > 1.0:
+        if _relaxes(spec, share):
+            return floor(100.0 * share * spec.loop_length) / 100.0
+        share /= LONGER
+    return None
 
 
 class LockedLoopError(Exception):
@@ -272,6 +287,7 @@ class _Relaxation:
         self.pairs = np.zeros((20_000, 4), np.int64)
         self.iterations = 0
         self.worst, self.deepest, self.residual = 0.0, 0.0, np.inf
+        self.allowed = min(RESIDUAL * spec.bending_knit / spec.loop_length**2, LARGEST_RESIDUAL)
 
     def settle(self, penalty: float, tolerance: float, budget: int, share: float = 1.0) -> None:
         """Relax with ``share`` of the radii until forces are below ``tolerance`` [N] or the ``budget`` is spent."""
@@ -305,9 +321,9 @@ class _Relaxation:
         """Come to rest with ever stiffer contact; a shorter rest length makes up for the stretch of a tight loop."""
         self.yarns = with_loop_length(self.yarns, np.full(self.courses, self.wanted))
         for penalty in FIRM_PENALTIES:
-            self.settle(penalty, AT_REST, PATIENT)
+            self.settle(penalty, self.allowed, PATIENT)
             stretch = self._course_lengths() / self.wanted - 1.0
-            if self.residual < AT_REST and self.deepest < PENETRATION and np.abs(stretch).max() < LENGTH_ERROR:
+            if self.residual < self.allowed and self.deepest < PENETRATION and np.abs(stretch).max() < LENGTH_ERROR:
                 return
             self.yarns = with_loop_length(self.yarns, self.yarns.total[: self.courses] / (1.0 + stretch))
         if self.deepest > PENETRATION or stretch.max() > LENGTH_ERROR:
@@ -317,7 +333,9 @@ class _Relaxation:
         pressed = FIRM_PENALTIES[-1] * self.deepest * float(self.yarns.radius.min())
         if self.residual < JUMPING * pressed:
             return
-        raise NumericalError(f"the loop does not relax: residual force {self.residual:.2g} N, limit {AT_REST:g} N")
+        raise NumericalError(
+            f"the loop does not relax: residual force {self.residual:.2g} N, limit {self.allowed:.2g} N"
+        )
 
     def cell(self) -> Cell:
         """The present state, moved to its place."""

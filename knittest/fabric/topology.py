@@ -165,7 +165,8 @@ def stitch_codes(cell: "Cell") -> dict[tuple[int, int], str]:
     """Code by course and wale of how the course above interlaces with a loop, such as ``OUUO``.
 
     It tells along the loop where it lies over (O) or under (U) the course above. ``?`` marks crossings whose order
-    along the course above is another one, or with courses farther away.
+    along the course above is another one, or with courses farther away. Legs of a narrow loop may cross each other: the
+    two crossings with the needle arc then change their order (Reidemeister III).
     """
     wales, courses = cell.spec.repeat
     codes = {}
@@ -174,7 +175,8 @@ def stitch_codes(cell: "Cell") -> dict[tuple[int, int], str]:
         met.sort(key=lambda one: one.lower_place)
         code = "".join("O" if one.lower_over else "U" for one in met)
         above = sorted(met, key=lambda one: one.upper_place)
-        codes[place] = code + ("?" if above != met or any(one.apart > 1 for one in met) else "")
+        crossed = [met[0], met[2], met[1], met[3]] if len(met) == 4 else met
+        codes[place] = code + ("?" if above not in (met, crossed) or any(one.apart > 1 for one in met) else "")
     return codes
 
 

@@ -138,6 +138,11 @@ def _cell_as_stated(run: Run, at: Callable[[float], RelaxedCell]) -> RelaxedCell
         return _cell_at_tension(run, at, knitting.tension_n)
     draw_in = knitting.loop_shortening_fraction or 0.0
     if not at(draw_in).conformity_fault and (why := _locking_reason(run, at(draw_in))):
+        if first := _locking_reason(run, at(0.0)):
+            raise InputError(
+                f"fabric.loop_length = {run.fabric.loop_length_mm:g} mm: {first}, even without loop shortening; "
+                "change fabric.loop_length, warp_density or weft_density"
+            )
         least = 100.0 * _largest_shortening(run, at, draw_in)
         raise InputError(
             f"fabric.knitting.loop_shortening = {100.0 * draw_in:g} %: the loops lock: {why}; expected at "

@@ -10,12 +10,15 @@ from homogenise_cases import BENDING, STRAIN, YARN_FORCE, Formulas, pull, shear
 
 from knittest.base.errors import InputError, NumericalError
 from knittest.cli.main import run as knittest
+from knittest.config.base import Quantity
 from knittest.config.loading import resolve
 from knittest.config.settings import leaf_values
+from knittest.config.suspicious_values import find_suspicious_values
 from knittest.config.yaml_writer import dump
 from knittest.laboratory.base import fabric_laminate, tension_curves
 from knittest.studies.homogenise import derived_card
 from knittest.studies.homogenise.derived_card import complete_cards, missing_parts, paths_to_run
+from knittest.studies.homogenise.plan import PLANNED_TESTS
 
 
 @pytest.fixture
@@ -130,9 +133,16 @@ def test_a_path_is_tried_again_and_its_rejected_law_decides_no_test(pool, monkey
     assert [run.solver.speed / tried[0].solver.speed for run in tried] == [1.0, 0.5, 1.0, 0.5]
     assert [run.solver.safety for run in tried] == [0.9, 0.6, 0.9, 0.6]
     assert "failed its quality checks: refused on purpose" in strip.fabric.macro.shear.ref
-    with pytest.raises(NumericalError, match=r"macro\.shear is missing and cannot be derived from the yarns"):
+    with pytest.raises(
+        NumericalError, match=r"macro\.shear cannot be derived from the yarns\. The pic.* refused on purpose\. Add"
+    ):
         complete_cards([shells(test="picture-frame")], quiet=True)
     assert len(asked) == 4  # the cache knows it
+    (note,) = find_suspicious_values(strip)
+    assert "macro.shear is not reliable" in note and "do not depend on it" in note
+    thin = strip.fabric.model_copy(update={"loop_length": Quantity(value=30.0, source="user")})
+    text = derived_card._failure_text(thin, PLANNED_TESTS[2], "failed")
+    assert "1.7 % of loop_length thick" in text and "Use a thicker knitting yarn" in text
 
 
 def test_a_path_that_tears_no_yarn_goes_farther(pool, monkeypatch, tmp_path):
@@ -154,7 +164,9 @@ def test_a_path_that_tears_no_yarn_goes_farther(pool, monkeypatch, tmp_path):
 
 def test_a_path_that_fails_says_what_to_give(pool, monkeypatch):
     monkeypatch.setattr(derived_card, "LocalPool", lambda workers, threads: Formulas(lambda trial: "failed"))
-    with pytest.raises(NumericalError, match=r"tensile warp of a cell failed: failed on purpose; add macro\.tension"):
+    with pytest.raises(
+        NumericalError, match=r"tensile warp path of a cell failed: failed on purpose\. Add macro\.tension"
+    ):
         complete_cards([shells(direction="warp")], quiet=True)
 
 

@@ -35,6 +35,14 @@ def test_a_refusal_says_by_what_the_loops_are_called_locked(jams: float, restles
     assert most - 0.05 <= float(str(refused.value).split()[-2]) <= most
 
 
+def test_loops_without_equilibrium_even_without_shortening_are_not_called_locked():
+    with pytest.raises(
+        InputError, match=r"loop_length = 14.4 mm: no equilibrium .* even without loop shortening"
+    ) as no:
+        relaxed_cell._cell_as_stated(run_of(2.0), lambda share: at(share, 9.0, -1.0))
+    assert "expected at most" not in str(no.value)
+
+
 def test_loops_that_sink_in_as_the_gate_of_runs_allows_are_not_called_locked():
     """Whatever touches: 24 % of a radius, of 25."""
     assert relaxed_cell._cell_as_stated(run_of(2.0), lambda share: at(share, 9.0, 9.0)).depth == 0.24

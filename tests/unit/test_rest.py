@@ -81,6 +81,14 @@ def test_yarns_that_still_creep_say_what_of_their_rest_is_not_to_be_read(share, 
     assert equilibrium_line(numbers).endswith("N (accurate to about 10 %)") == creeps
 
 
+def test_slack_loops_and_a_missing_equilibrium_are_named():
+    numbers = equilibrium_numbers(InitialEquilibrium(-0.1, 2.0, 3.6), 4.0, 16.0)
+    line, rows = equilibrium_line(numbers), dict(equilibrium_rows(numbers))
+    assert "negative: the loops are slack; no equilibrium was found" in line and "accurate" not in line
+    assert rows["loop tension"] == "-0.1 N (negative: the loops are slack)"
+    assert "not reliable" in rows["residual contact-force imbalance"]
+
+
 def test_what_was_not_settled_says_so_and_no_draw_in_is_none():
     numbers = equilibrium_numbers(InitialEquilibrium(0.0, 2.2, math.nan), 4.0, 16.3)
     rows = dict(equilibrium_rows(json.loads(json.dumps(numbers).replace("NaN", "null"))))

@@ -287,6 +287,9 @@ def test_a_new_fabric_of_two_data_sheets_and_what_check_says_of_it(tmp_path, mon
     fabric = resolve(variant="mine").fabric
     assert fabric.reinforcing == inlay(linear_density="600 tex") and fabric.knitting.linear_density.value == 68
     assert fabric.area_mass.source == fabric.thickness.source == "derived"
+    yarns = fabric.reinforcing.beam_diameter.value + 2 * fabric.knitting.beam_diameter.value  # variant 1: 1.75 mm
+    assert fabric.loop_length.value == pytest.approx(14.4 * yarns / 1.75, rel=5e-3)
+    assert fabric.warp_density.value == fabric.weft_density.value == pytest.approx(28.0 * 1.75 / yarns, rel=5e-3)
     capsys.readouterr()
     check = ["check", "tensile", "--variant", "mine", "--preset", "quick", "--no-time", "--set", "rig.width=20"]
     assert run(check) == 0

@@ -174,6 +174,21 @@ def test_a_scaled_fabric_relaxes_to_the_scaled_shape() -> None:
     assert relax_cell(large).thickness == pytest.approx(f * relax_cell(s).thickness, rel=5e-3)
 
 
+def test_a_cell_of_thin_loops_relaxes_as_far_as_one_of_stiff_loops() -> None:
+    """All forces fall with the bending stiffness, so the same cell is the equilibrium: a fixed residual stopped early.
+
+    Contact and stretching stay as stiff, so 0.1 % remain.
+    """
+    stiff, share = crimped(V1), 1e-2
+    soft = replace(
+        stiff, bending_knit=share * stiff.bending_knit, bending_warp=share * stiff.bending_warp,
+        bending_weft=share * stiff.bending_weft,
+    )  # fmt: skip
+    cell = relax_cell(soft)
+    assert cell.residual < 3e-6
+    assert cell.thickness == pytest.approx(relax_cell(stiff).thickness, rel=1e-3)
+
+
 def test_tight_loops_crimp_the_straight_yarns() -> None:
     """Near its shortest length the loop bends warp and weft, and still has the length it was given."""
     cell = relax_cell(replace(V1, loop_length=14.0))

@@ -24,7 +24,7 @@ from knittest.config.messages import input_error
 from knittest.config.quality_checks import FROM_YARNS
 from knittest.config.run import Run, Variability
 from knittest.config.settings import Layers, leaf_values
-from knittest.config.suspicious_values import REJECTED
+from knittest.config.suspicious_values import REJECTED, first_failure
 from knittest.config.yaml_writer import dump_mapping
 from knittest.fabric.topology import draw
 from knittest.laboratory.cell.config import CellRun
@@ -44,6 +44,8 @@ ATTEMPTS = ((1.0, 1.0, 1.0), (0.5, 0.6, 1.0), (1.0, 1.0, 1.4), (0.5, 0.6, 1.4))
 #: factor on the largest strain of a path without yarn failure, and the largest strain [%]: thick loops give thin inlays
 #: more waviness than their crimp
 FARTHER, FARTHEST = 1.6, 50.0
+#: yarn diameter over loop length below which loops are slack: cells failed at 0.012 and 0.015, none from 0.019 on
+THIN = 0.018
 #: shows a text once
 _tell_once = cache(tell)
 #: paths from which each part of a card is derived
@@ -114,7 +116,9 @@ def _check_not_rejected(run: Run, parts: Sequence[str], numbers: Mapping[Planned
     for part in (part for part in parts if any(field.startswith(f"macro.{part}") for field in decisive)):
         for piece in PATHS[part]:
             if rejected := numbers[piece].rejected:
-                raise NumericalError(_failure_text(run.fabric, piece, f"rejected: {rejected}"))
+                raise NumericalError(
+                    _failure_text(run.fabric, piece, f"failed a quality check: {first_failure(rejected)}")
+                )
 
 
 def paths_to_run(run: Run) -> list[Run]:
@@ -237,8 +241,20 @@ def _scattered_tension(fabric: Fabric, direction: Direction, strain: Array, forc
 def _failure_text(fabric: Fabric, piece: PlannedTest, reason: str) -> str:
     part = next(part for part, pieces in PATHS.items() if piece in pieces)
     return (
-        f"fabric {fabric.name}: macro.{part} is missing and cannot be derived from the yarns: {piece.name} of a cell "
-        f"{reason}; add macro.{part} to the fabric file, or use --scale meso"
+        f"fabric {fabric.name}: macro.{part} cannot be derived from the yarns. The {piece.name} path of a cell "
+        f"{reason}.{_thin_loop_note(fabric)} Add macro.{part} to the fabric file, or use --scale meso"
+    )
+
+
+def _thin_loop_note(fabric: Fabric) -> str:
+    """Say that the loops are slack where their yarn is thin, and what to change; else empty."""
+    share = fabric.knitting.beam_diameter_mm / fabric.loop_length_mm
+    if share >= THIN:
+        return ""
+    return (
+        f" The loops are slack: the knitting yarn is {100.0 * share:.1f} % of loop_length thick (variant 1: 3.5 %), so "
+        "hardly any force acts between the yarns. Use a thicker knitting yarn, or a shorter loop_length with higher "
+        "warp_density and weft_density."
     )
 
 
