@@ -169,9 +169,9 @@ def stitch_codes(cell: "Cell") -> dict[tuple[int, int], str]:
     two crossings with the needle arc then change their order (Reidemeister III).
     """
     wales, courses = cell.spec.repeat
-    codes = {}
+    codes, found = {}, loop_crossings(cell)
     for place in np.ndindex(courses, wales):
-        met = [one for one in loop_crossings(cell) if (one.course, one.wale) == place]
+        met = [one for one in found if (one.course, one.wale) == place]
         met.sort(key=lambda one: one.lower_place)
         code = "".join("O" if one.lower_over else "U" for one in met)
         above = sorted(met, key=lambda one: one.upper_place)
@@ -212,14 +212,19 @@ def check_topology(cell: "Cell", start: "Cell") -> None:
 
 
 def _check_side(cell: "Cell", start: "Cell", one: Crossing) -> None:
-    """Check that a loop passes an inlay on the side of the layers on which it lies in ``start``."""
+    """Check that a loop passes an inlay on the side of the layers on which it lies in ``start``.
+
+    It lies there if it is beyond half the half height of the outermost inlays: start curves penetrate their surfaces.
+    """
     is_loop_over = cell.curves[one.over].system == KNIT
     loop, place = (one.over, one.over_place) if is_loop_over else (one.under, one.under_place)
     inlay = cell.curves[one.under if is_loop_over else one.over]
     closed = start.curves[loop].closed[:, 2]
     height = float(np.interp(place, np.arange(len(closed)), closed))
-    levels = [float(one.points[:, 2].mean()) for one in start.curves if one.system != KNIT]
-    low, high = min(levels), max(levels)
+    inlays = [
+        (one.points[:, 2].mean(), start.spec.half_axes[one.system][1]) for one in start.curves if one.system != KNIT
+    ]
+    low, high = min(z - 0.5 * half for z, half in inlays), max(z + 0.5 * half for z, half in inlays)
     if (height > high and not is_loop_over) or (height < low and is_loop_over):
         side = "behind" if height > high else "in front of"
         part = "legs" if height > high else "sinker arcs"

@@ -15,9 +15,17 @@ LOOP_LENGTH = {"V1": 14.4, "V2": 13.4}
 BENDING = {"V1": (18.1, 12.4), "V2": (29.6, 26.2)}
 
 
-def layer(direction: Direction, crimp: float = 0.0, bending: float = 18.0, diameter: float = 0.75) -> LayerSpec:
-    """Layer of circular inlays in every wale or course, the only one of its direction."""
-    return LayerSpec(direction, direction, diameter, diameter, crimp, bending)
+def layer(
+    direction: Direction,
+    crimp: float = 0.0,
+    bending: float = 18.0,
+    diameter: float = 0.75,
+    pattern: str = "x",
+    name: str = "",
+) -> LayerSpec:
+    """Layer of circular inlays, named by its direction if it is the only one."""
+    inlays = tuple(letter == "x" for letter in pattern)
+    return LayerSpec(name or direction, direction, diameter, diameter, crimp, bending, inlays)
 
 
 def biaxial(
@@ -78,6 +86,39 @@ def ellipses(ratio: float = 1.3, packing: float = 0.9) -> dict[str, float | str]
     for direction in ("warp", "weft"):
         found |= {f"{section}packing.{direction}": packing, f"{section}width_to_height.{direction}": ratio}
     return found
+
+
+def structure(*layers: LayerSpec, loop_length: float = 14.4, stitches: str = "k") -> CellSpec:
+    """Cell of ``layers`` from back to face and ``stitches`` such as kp/pk, first course first."""
+    grid = tuple(tuple(1 if letter == "k" else -1 for letter in row) for row in stitches.split("/"))
+    return CellSpec(WALE, WALE, loop_length, 0.5, 0.05, layers, grid)
+
+
+THIN_WEFT = layer("weft", diameter=0.6)
+FOUR_LAYERS = tuple(layer(way, name=f"{way}{k}") for k in (1, 2) for way in ("warp", "weft"))
+WEFT_1, WEFT_2 = (layer("weft", crimp=0.003, name=f"weft{k}") for k in (1, 2))
+STRUCTURES = {
+    "biaxial": structure(layer("warp"), layer("weft")),
+    "warp in every second wale": structure(layer("warp", 0.006, pattern="x."), layer("weft", 0.006)),
+    "weft in every second course": structure(layer("warp", 0.006), layer("weft", 0.006, pattern="x.")),
+    "two yarns, both in every second": structure(
+        layer("warp", 0.006, pattern="x."), layer("weft", 0.006, diameter=0.6, pattern="x."), loop_length=14.0
+    ),
+    "90/0/90/0": structure(*FOUR_LAYERS, loop_length=18.0),
+    "0/90/0 on rib": structure(WEFT_1, layer("warp", 0.003, diameter=0.6), WEFT_2, loop_length=15.0, stitches="kp"),
+    "jersey": structure(),
+    "rib": structure(stitches="kp"),
+    "rib with weft": structure(THIN_WEFT, stitches="kp"),
+    "rib with weft in every second course": structure(layer("weft", 0.003, pattern="x."), stitches="kp"),
+    "rib 3x1 with weft": structure(layer("weft", 0.003), loop_length=13.8, stitches="kkkp"),
+    "garter": structure(stitches="k/p"),
+    "seed": structure(stitches="kp/pk"),
+}  # fmt: skip
+
+
+@cache
+def relaxed_structure(name: str) -> Cell:
+    return relax_cell(STRUCTURES[name])
 
 
 def spline_points(control: np.ndarray, per_piece: int) -> np.ndarray:

@@ -11,6 +11,7 @@ from fabric_cases import biaxial, crimped, points_of
 from knittest.base.errors import InputError
 from knittest.fabric import relaxation as start
 from knittest.fabric.cell import CellSpec
+from knittest.fabric.loop import polyline_length
 from knittest.fabric.relaxation import relax_cell, start_curves, yarn_arrays
 from knittest.kernels.relaxation import Yarns, contact_forces, periodic_pairs, relax, yarn_forces
 
@@ -106,7 +107,7 @@ def test_tension_straightens_a_wave() -> None:
         _, residual, _, _ = relax(x, yarns, pairs, count, 100.0, 1e-8, 50_000, 0.25)
     assert residual < 1e-8
     relaxed = x[64:80]
-    length = np.linalg.norm(np.diff(np.vstack([relaxed, relaxed[:1] + [0.0, spec.course, 0.0]]), axis=0), axis=1).sum()
+    length = polyline_length(np.vstack([relaxed, relaxed[:1] + np.array([0.0, spec.course, 0.0])]))
     tension = start.STRETCHING * (length / yarns.total[1] - 1.0)
     critical = (
         spec.layers[0].bending * yarns.length[1] ** -3 * (spec.course / 16) ** 3 * (2.0 * np.pi / spec.course) ** 2
@@ -180,10 +181,8 @@ def test_a_cell_of_thin_loops_relaxes_as_far_as_one_of_stiff_loops() -> None:
     Contact and stretching stay as stiff, so 0.1 % remain.
     """
     stiff, share = crimped(V1), 1e-2
-    soft = replace(
-        stiff, bending_knit=share * stiff.bending_knit, bending_warp=share * stiff.bending_warp,
-        bending_weft=share * stiff.bending_weft,
-    )  # fmt: skip
+    layers = tuple(replace(one, bending=share * one.bending) for one in stiff.layers)
+    soft = replace(stiff, bending_knit=share * stiff.bending_knit, layers=layers)
     cell = relax_cell(soft)
     assert cell.residual < 3e-6
     assert cell.thickness == pytest.approx(relax_cell(stiff).thickness, rel=1e-3)
