@@ -235,8 +235,8 @@ class Fabric(Strict):
             return data
         stated = {name: entry for name, entry in contact.items() if not is_filled(entry)}
         layers = data.get("layers")
-        along = {one.get("direction") for one in layers if isinstance(one, Mapping)} if layers is not None else None
-        has_inlays = along is None or along == {"warp", "weft"}
+        along = [one.get("direction") if isinstance(one, Mapping) else one.direction for one in layers or ()]
+        has_inlays = layers is None or {"warp", "weft"} <= set(along)
         return {**data, "contact": {**contact_of(loop, stated, has_inlays), **stated}}
 
     @model_validator(mode="after")
@@ -393,19 +393,15 @@ def contact_of(loop: KnittingYarn, stated: Mapping[str, Any], has_inlays: bool =
     of the radius for thin and thick yarns, and contacts of weak yarns do not shorten the time step. Where loops carry
     the fabric alone, a thousandth of this force bends them: contacts have the least stiffness, or they would chatter.
     """
-    if not has_inlays:
-        return _contact_entries(
-            LEAST_STIFFNESS,
-            f"least stiffness {LEAST_STIFFNESS:g} N/mm, for loops that carry a direction without inlays",
-        )
     force, radius = strength_of(loop), 0.5 * loop.beam_diameter.value
     least = LEAST_STICKING / max(number_of(stated.get("tangential_ratio")) or TANGENTIAL, 1e-9)
-    stiffness = max(force / radius, LEAST_STIFFNESS, least)
-    return _contact_entries(
-        stiffness,
-        f"breaking force {force:.4g} N of the knitting yarn / its radius {radius:.4g} mm, at least "
-        f"{max(LEAST_STIFFNESS, least):.4g} N/mm",
+    least = max(LEAST_STIFFNESS, least)
+    if not has_inlays:
+        return _contact_entries(least, "least stiffness, for loops that carry a direction without inlays")
+    formula = (
+        f"breaking force {force:.4g} N of the knitting yarn / its radius {radius:.4g} mm, at least {least:.4g} N/mm"
     )
+    return _contact_entries(max(force / radius, least), formula)
 
 
 def _contact_entries(stiffness: float, formula: str) -> dict[str, dict[str, Any]]:
