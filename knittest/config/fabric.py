@@ -234,7 +234,10 @@ class Fabric(Strict):
         except ValidationError:  # the field itself says what is wrong
             return data
         stated = {name: entry for name, entry in contact.items() if not is_filled(entry)}
-        return {**data, "contact": {**contact_of(loop, stated), **stated}}
+        layers = data.get("layers")
+        along = [one.get("direction") if isinstance(one, Mapping) else one.direction for one in layers or ()]
+        has_inlays = layers is None or {"warp", "weft"} <= set(along)
+        return {**data, "contact": {**contact_of(loop, stated, has_inlays), **stated}}
 
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
@@ -383,24 +386,30 @@ def mass_and_thickness(fabric: Fabric) -> dict[str, dict[str, Any]]:
     }
 
 
-def contact_of(loop: KnittingYarn, stated: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+def contact_of(loop: KnittingYarn, stated: Mapping[str, Any], has_inlays: bool = True) -> dict[str, dict[str, Any]]:
     """Entries of a yarn contact that ``stated`` ones leave out.
 
     The breaking force of the knitting yarn presses a contact in by the radius of the yarn. So depths are similar shares
-    of the radius for thin and thick yarns, and contacts of weak yarns do not shorten the time step.
+    of the radius for thin and thick yarns, and contacts of weak yarns do not shorten the time step. Where loops carry
+    the fabric alone, a thousandth of this force bends them: contacts have the least stiffness, or they would chatter.
     """
     force, radius = strength_of(loop), 0.5 * loop.beam_diameter.value
     least = LEAST_STICKING / max(number_of(stated.get("tangential_ratio")) or TANGENTIAL, 1e-9)
-    stiffness = max(force / radius, LEAST_STIFFNESS, least)
+    least = max(LEAST_STIFFNESS, least)
+    if not has_inlays:
+        return _contact_entries(least, "least stiffness, for loops that carry a direction without inlays")
+    formula = (
+        f"breaking force {force:.4g} N of the knitting yarn / its radius {radius:.4g} mm, at least {least:.4g} N/mm"
+    )
+    return _contact_entries(max(force / radius, least), formula)
+
+
+def _contact_entries(stiffness: float, formula: str) -> dict[str, dict[str, Any]]:
     return {
         "friction_coefficient": derived_entry(FRICTION, "", "usual yarn on yarn", "assumed"),
-        "normal_stiffness": derived_entry(
-            stiffness, "N/mm",
-            f"breaking force {force:.4g} N of the knitting yarn / its radius {radius:.4g} mm, at least "
-            f"{max(LEAST_STIFFNESS, least):.4g} N/mm",
-        ),
+        "normal_stiffness": derived_entry(stiffness, "N/mm", formula),
         "tangential_ratio": derived_entry(TANGENTIAL, "", "sticking stiffness over normal stiffness", "assumed"),
-    }  # fmt: skip
+    }
 
 
 def _check_thickness(fabric: Fabric) -> None:

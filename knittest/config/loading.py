@@ -133,6 +133,10 @@ def resolve(
     folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
     if _stated_value(WAVES, document, given) is None:
         run = run.with_fine_waves()
+    for path, value in run.structure_defaults().items():
+        if _stated_value(path, document, given) is None:
+            part = getattr(run, path[0]).model_copy(update={path[1]: value})
+            run = run.model_copy(update={path[0]: part})
     return resolve_data_paths(run, layers, folders).with_derived_numbers()
 
 

@@ -175,6 +175,15 @@ class Run(Strict):
         return self.model_copy(update={"model": self.model.model_copy(update={"meso": meso})})
 
     @property
+    def pulls_loops(self) -> bool:
+        """Tell whether the test pulls a direction without inlays, in which loops carry the force of a meso model."""
+        return False
+
+    def structure_defaults(self) -> dict[tuple[str, str], float]:
+        """Fields of rig and solver with values that suit the structure of the fabric, where the user states none."""
+        return {}
+
+    @property
     def direction(self) -> str:
         """Yarn system along the strip; empty for a test without directions."""
         return getattr(self.rig, "direction", "")

@@ -7,6 +7,7 @@ x = a t^3 - 1.5 a t^2 + (a + w) t / 2, y = (c + 2 e)(1 - cos pi t) / 2, z = h (1
 constraint set, be as short as the loops measured in variant 1 (14.78 against 14.4 mm); relaxation decides the shape.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,8 +42,10 @@ def arc_at(curve: Array, period: Array, axis: int, plane: float, near: float = 0
     return float(at[np.argmin(np.abs(at - near * length))])
 
 
-def points_on(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
-    """``n`` points [mm], (n, 3), on ``curve`` over one ``period``, equally spaced by arc from ``start`` [mm] on.
+def points_on(curve: Array, period: Array, n: int, starts: Sequence[float] = (0.0,)) -> Array:
+    """``n`` points [mm], (n, 3), on ``curve`` over one ``period``.
+
+    Equal shares of them lie between ``starts`` [mm], arc lengths in rising order, each equally spaced by arc.
 
     Between its points (m, 3) the curve is a periodic cubic spline.
     """
@@ -51,18 +54,21 @@ def points_on(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
     closed = np.vstack([curve, curve[:1] + period])
     arc = arc_length(closed)
     smooth = CubicSpline(arc, closed - arc[:, None] / arc[-1] * period, bc_type="periodic")
-    at = start + arc[-1] * np.arange(n) / n
+    at = starts[0] + arc[-1] * np.arange(n) / n
+    if len(starts) > 1:
+        share, ends = np.arange(n // len(starts)) * len(starts) / n, np.append(starts[1:], starts[0] + arc[-1])
+        at = np.concatenate([a + share * (b - a) for a, b in zip(starts, ends, strict=True)])
     return np.asarray(smooth(at) + at[:, None] / arc[-1] * period)
 
 
-def control_points(curve: Array, period: Array, n: int, start: float = 0.0) -> Array:
+def control_points(curve: Array, period: Array, n: int, starts: Sequence[float] = (0.0,)) -> Array:
     """``n`` control points [mm], (n, 3), of the periodic quadratic B-spline that follows ``curve`` over ``period``.
 
     The middles of the pieces are :func:`points_on` the curve; the circulant system is solved for the deviation from the
     straight line, which is periodic.
     """
     straight = np.arange(n)[:, None] / n * period
-    deviation = points_on(curve, period, n, start) - straight
+    deviation = points_on(curve, period, n, starts) - straight
     weights = (6.0 + 2.0 * np.cos(2.0 * np.pi * np.arange(n) / n)) / 8.0
     solved = np.fft.ifft(np.fft.fft(deviation, axis=0) / weights[:, None], axis=0).real
     return np.asarray(solved + straight)

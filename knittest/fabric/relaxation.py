@@ -153,7 +153,7 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
         rest=np.zeros((counts.sum(), 3)),
         length=total / counts,
         total=total,
-        stretching=np.full(len(curves), _softness(spec) * STRETCHING),
+        stretching=np.full(len(curves), STRETCHING),
         bending=np.array([bending[s] for s in systems]),
         radius=half[:, 1],
         half_width=half[:, 0],
@@ -165,11 +165,6 @@ def yarn_arrays(spec: CellSpec, curves: list[Array]) -> "Yarns":
     curvature = x[yarns.before] + yarns.before_shift - 2.0 * x + x[yarns.after] + yarns.after_shift
     loops = np.array([s == KNIT for s in systems])
     return yarns._replace(rest=np.where(loops[chain][:, None], 0.0, curvature))
-
-
-def _softness(spec: CellSpec) -> float:
-    """Share [-] of the stiffnesses and forces of the relaxation that suits the loops of ``spec``."""
-    return min(spec.bending_knit / STIFF_LOOP, 1.0)
 
 
 def with_loop_length(yarns: "Yarns", total: Array) -> "Yarns":
@@ -271,11 +266,24 @@ class LockedLoopError(Exception):
 
 
 def _relax_stepwise(spec: CellSpec, finer: float) -> Cell:
-    """Relaxed cell; raises :class:`LockedLoopError`."""
+    """Relaxed cell; raises :class:`LockedLoopError`.
+
+    Loops that lock with soft yarns, which tight loops stretch, are tried again with stiff ones.
+    """
+    softness = min(spec.bending_knit / STIFF_LOOP, 1.0)
+    if softness < 1.0:
+        with suppress(LockedLoopError):
+            return _relax_with(spec, finer, softness)
+    return _relax_with(spec, finer, 1.0)
+
+
+def _relax_with(spec: CellSpec, finer: float, softness: float) -> Cell:
+    """Relaxed cell with stiffnesses of the relaxation times ``softness`` [-]; raises :class:`LockedLoopError`."""
     state = _Relaxation(spec, finer)
     start = state.cell()
     for share in RADIUS_STEPS:
-        state.settle(PENALTY, state.softness * ON_THE_WAY, BRIEF, share)
+        state.settle(PENALTY, ON_THE_WAY, BRIEF, share)
+    state.soften(softness)
     state.draw_in()
     state.firm_up()
     cell = state.cell()
@@ -292,12 +300,16 @@ class _Relaxation:
         self.x = np.vstack(curves)
         self.cuts = np.cumsum([len(c) for c in curves])[:-1]
         self.courses, self.wanted = spec.repeat[1], spec.repeat[0] * spec.loop_length
-        self.yarns = yarn_arrays(spec, curves)
+        self.yarns, self.softness = yarn_arrays(spec, curves), 1.0
         self.pairs = np.zeros((20_000, 4), np.int64)
         self.iterations = 0
         self.worst, self.deepest, self.residual = 0.0, 0.0, np.inf
-        self.softness = _softness(spec)
         self.allowed = min(RESIDUAL * spec.bending_knit / spec.loop_length**2, LARGEST_RESIDUAL)
+
+    def soften(self, softness: float) -> None:
+        """Scale the stiffnesses of stretching and contact, and the forces at rest on the way, by ``softness`` [-]."""
+        self.softness = softness
+        self.yarns = self.yarns._replace(stretching=softness * self.yarns.stretching)
 
     def settle(self, penalty: float, tolerance: float, budget: int, share: float = 1.0) -> None:
         """Relax with ``share`` of the radii until forces are below ``tolerance`` [N] or the ``budget`` is spent.
@@ -414,7 +426,7 @@ def _loop_length_advice(spec: CellSpec) -> str:
 
 def _relaxes(spec: CellSpec, longer: float) -> bool:
     with suppress(LockedLoopError, InputError, NumericalError):
-        _relax_stepwise(replace(spec, loop_length=longer * spec.loop_length), 1.0)
+        _relax_with(replace(spec, loop_length=longer * spec.loop_length), 1.0, 1.0)
         return True
     return False
 

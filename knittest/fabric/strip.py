@@ -17,7 +17,7 @@ from knittest.config.structure import KNIT
 from knittest.fabric.cell import Cell, Curve
 from knittest.fabric.loop import arc_at, control_points, points_on, polyline_length
 
-Place = Callable[[Array, Array, int, float], Array]
+Place = Callable[[Array, Array, int, Sequence[float]], Array]
 
 
 @dataclass(frozen=True)
@@ -128,8 +128,9 @@ def _yarn_of_pitches(cell: Cell, curve: Curve, n: int, pitches: int, place: Plac
     period, axis = curve.period, int(np.argmax(curve.period))
     repeat = cell.spec.repeat[axis]
     origin = np.array([0.0, -0.5 * cell.spec.course, 0.0])  # the strip's lower-left corner in the cell
-    start = arc_at(curve.points, period, axis, origin[axis], 0.5 / repeat)
-    points = place(curve.points, period, n, start) - origin
+    pitch = (cell.spec.wale, cell.spec.course)[axis]
+    starts = [arc_at(curve.points, period, axis, origin[axis] + k * pitch, (k + 0.5) / repeat) for k in range(repeat)]
+    points = place(curve.points, period, n, starts) - origin
     number = np.arange(n // repeat * pitches + 1)
     tiled = points[number % n] + (number // n)[:, None] * period
     tiled[:, axis] -= tiled[0, axis]  # a control point lies a little off the curve

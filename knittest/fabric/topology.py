@@ -157,6 +157,8 @@ def check_topology(cell: "Cell", start: "Cell", continuous: bool = False) -> Non
     arose from ``start`` in a ``continuous`` motion, in which no yarn passed another, its loops interlace as those of
     the start: slack loops of rib turn until neither face shows how.
     """
+    if continuous and (loose := unheld_inlays(cell)):
+        raise InputError(loose)
     for (course, wale), code in stitch_codes(start if continuous else cell).items():
         wanted = predicted_code(cell.spec.side(wale, course + 1))
         if code != wanted:

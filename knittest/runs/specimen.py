@@ -84,7 +84,7 @@ def _run_at_speed(
     """Run a specimen at the speed of ``lowered``; ``begun``: wall and processor time [s] at the start of all tries."""
     run, (start, cpu) = with_speed(configured, lowered.share * configured.solver.speed), begun
     test = TESTS[run.rig.kind]
-    lowers = test.lowers_speed and run.model.scale == "meso"
+    lowers = (test.lowers_speed or run.pulls_loops) and run.model.scale == "meso"
     speed = {SPEED: run.solver.speed} if lowers else {}
     prepared = replace(prepare(run, specimen, observer), restarts=lowered.restarts if lowers else ())
     elements = len(prepared.model.mesh.cells)

@@ -105,7 +105,7 @@ STRUCTURES = {
         layer("warp", 0.006, pattern="x."), layer("weft", 0.006, diameter=0.6, pattern="x."), loop_length=14.0
     ),
     "90/0/90/0": structure(*FOUR_LAYERS, loop_length=18.0),
-    "0/90/0 on rib": structure(WEFT_1, layer("warp", 0.003, diameter=0.6), WEFT_2, loop_length=15.0, stitches="kp"),
+    "0/90/0 on rib": structure(WEFT_1, layer("warp", 0.003, diameter=0.6), WEFT_2, loop_length=14.4, stitches="kp"),
     "jersey": structure(),
     "rib": structure(stitches="kp"),
     "rib with weft": structure(THIN_WEFT, stitches="kp"),

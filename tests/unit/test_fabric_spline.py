@@ -53,7 +53,7 @@ def test_spline_stays_close_to_the_loop(variant: str) -> None:
 def test_points_start_where_they_are_told() -> None:
     curve = wave(200)
     start = arc_at(curve, PERIOD, 0, 1.2)
-    points = points_on(curve, PERIOD, 10, start)
+    points = points_on(curve, PERIOD, 10, (start,))
     np.testing.assert_allclose(points[0], [1.2, 0.0, 0.1 * np.cos(2.0 * np.pi * 0.4)], atol=1e-4)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     assert np.ptp(steps) < 2e-3 * steps.mean()

@@ -161,11 +161,10 @@ def test_a_weft_that_passes_one_leg_on_the_wrong_side_is_refused(name: str, numb
         (structure(layer("weft")), "nothing lies behind the weft of course 1, .* expected a layer of warp behind it"),
         (structure(layer("warp")), "nothing lies in front of the warp of wale 1, .* a layer of weft in front of it"),
         (structure(layer("weft", pattern="x.")), "nothing lies behind the weft of course 1"),
-        (structure(layer("weft", diameter=0.6), stitches="k/p"), "the weft of course 1"),
         (structure(layer("warp", diameter=0.6), stitches="kp"), "the warp of wale 1"),
         (structure(*FOUR_LAYERS[1:], loop_length=16.4), "nothing lies behind the weft1 of course 1"),
     ],
-    ids=["weft", "warp", "weft in every second course", "weft in garter", "warp in rib", "0/90/0 on plain knit"],
+    ids=["weft", "warp", "weft in every second course", "warp in rib", "0/90/0 on plain knit"],
 )
 def test_a_loose_inlay_is_refused_with_what_would_hold_it(spec: CellSpec, message: str) -> None:
     with pytest.raises(InputError, match=rf"fabric\.layers: .*{message}") as error:

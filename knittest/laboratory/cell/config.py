@@ -98,7 +98,10 @@ class CellRig(Rig):
         None, "deg", "shear: angle at which the run ends, on its way to max_angle as without it; none: there",
         gt=0, le=60,
     )  # fmt: skip
-    max_strain: float = number(1.0, "%", "warp, weft, biaxial: largest mean strain", gt=0, le=50, band=(0.05, 50))
+    max_strain: float = number(
+        1.0, "%", "warp, weft, biaxial: largest mean strain; along a direction without inlays 40 unless stated",
+        gt=0, le=300, band=(0.05, 300),
+    )  # fmt: skip
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     ratio: float = number(1.0, "1", "biaxial: mean strain of the weft over that of the warp", ge=0, le=10)
     transverse: Literal["free", "held"] = Field(
@@ -158,7 +161,27 @@ class CellRig(Rig):
         return self.bent_yarns if self.path == "bending" else ""
 
 
+#: directions that the paths stretch
+PULLED: dict[str, tuple[str, ...]] = {
+    "warp": ("warp",), "weft": ("weft",), "biaxial": ("warp", "weft"), "steps": ("warp", "weft"),
+}  # fmt: skip
+#: strain [%] and speed [m/s] of 100 mm of loops without inlays
+KNIT = {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.2}
+
+
 class CellRun(Run):
     """A cell test."""
 
     rig: CellRig = Field(default_factory=CellRig)
+
+    @property
+    def pulls_loops(self) -> bool:
+        """See :class:`Run`."""
+        return any(not self.fabric.inlays_along(direction) for direction in PULLED.get(self.rig.path, ()))
+
+    def structure_defaults(self) -> dict[tuple[str, str], float]:
+        """Knits stretch by tens of per cent under small forces, along inlays they do not."""
+        wanted = dict(KNIT) if self.pulls_loops and self.rig.path != "steps" else {}
+        if self.rig.path == "biaxial" and self.fabric.inlays:
+            wanted.pop(("rig", "max_strain"), None)
+        return wanted

@@ -248,7 +248,7 @@ class Cell(FabricTest[CellRun]):
         Bending and knits that are stretched without inlays start under the energy of their loops: their kinetic energy
         is over the largest work so far, whatever its sign.
         """
-        if run.rig.path == "bending" or pulls_loops(run):
+        if run.rig.path == "bending" or run.pulls_loops:
             energies = history.energies
             work = np.maximum.accumulate(np.abs(energies["external_mj"]))
             ratio = energies["kinetic_mj"] / np.maximum(work, 1e-9)
@@ -259,15 +259,9 @@ class Cell(FabricTest[CellRun]):
         )
 
 
-def pulls_loops(run: CellRun) -> bool:
-    """Tell whether the path stretches a direction without inlays, in which loops carry the force."""
-    pulled = {"warp": ("warp",), "weft": ("weft",), "biaxial": ("warp", "weft"), "steps": ("warp", "weft")}
-    return any(not run.fabric.inlays_along(direction) for direction in pulled.get(run.rig.path, ()))
-
-
 def checked_span(run: CellRun, history: History) -> Span:
     """Return the span of the path without its beginning; of bending and loops without inlays from start-up on."""
-    if run.rig.path == "bending" or pulls_loops(run):
+    if run.rig.path == "bending" or run.pulls_loops:
         return Span()
     return Span.from_value(history, "path_pct", 100.0 * run.rig.evaluated_from_fraction)
 

@@ -22,7 +22,13 @@ class TensileRig(StripRig):
         10.0, "mm", "length modelled inside each clamp (meso: always one pitch)", gt=0, band=(1, 200)
     )
     jaw_length_mm: ClassVar[Kernel[float]] = Kernel("jaw_length")
-    max_strain: float = number(4.0, "%", "stop at this engineering strain", gt=0, le=100)
+    max_strain: float = number(
+        4.0,
+        "%",
+        "stop at this engineering strain; meso strips without inlays along them: 40",
+        gt=0,
+        le=300,
+    )
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
     stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
 
@@ -54,7 +60,18 @@ class TensileRun(Run):
             raise BoundsError(f"must exceed fabric.{name}, {quantity.value:g} %, or nothing fails", "rig.max_strain")
         return self
 
+    @property
+    def pulls_loops(self) -> bool:
+        """See :class:`Run`."""
+        return self.model.scale == "meso" and not self.fabric.inlays_along(self.rig.direction)
 
+    def structure_defaults(self) -> dict[tuple[str, str], float]:
+        """Knits stretch by tens of per cent under small forces."""
+        return dict(KNIT) if self.pulls_loops else {}
+
+
+#: strain [%], speed [m/s] and damping [1/ms] of strips of loops without inlays
+KNIT = {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.5, ("solver", "damping"): 0.02}
 #: clamp distance of a meso strip [mm]; paper is that of the publication, which a macro model always has
 GAUGE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 

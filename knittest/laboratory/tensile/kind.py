@@ -1,7 +1,10 @@
 """Record of the tensile test."""
 
 from knittest.base.kinds import STRIPS, Regression, RegressionRuns, TestKind
-from knittest.laboratory.records import TENSION_FIELDS
+from knittest.laboratory.records import TENSION_FIELDS, labels_at
+
+#: forces per width [N/mm] at which the strain of strips of loops is read
+KNIT_FORCES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)
 
 KIND = TestKind(
     name="tensile",
@@ -23,6 +26,10 @@ KIND = TestKind(
         "fracture_strain_pct": ("fracture strain [%]", "{:.2f}"),
         "peak_force_n_per_mm": ("peak force per width [N/mm]", "{:.1f}"),
         "force_per_yarn_n": ("force per yarn [N]", "{:.1f}"),
+        **labels_at("strain_pct_at_n_per_mm", "strain at {} N/mm [%]", "{:.1f}", KNIT_FORCES),
+        "largest_force_n_per_mm": ("largest force per width [N/mm]", "{:.3f}"),
+        "strain_at_largest_force_pct": ("strain at it [%]", "{:.1f}"),
+        "contraction_pct": ("contraction across at it [%]", "{:.1f}"),
         "peak_time_error_pct": ("peak, uncertain in time [%]", "{:.2f}"),
     },
     diagnostic=("peak_time_error_pct",),

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from knittest.base.history import Array, History, Quality
+from knittest.base.history import Array, Frame, History, Quality
 from knittest.base.units import round_down
 from knittest.config.quality_checks import NEAR
 from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
@@ -20,6 +20,7 @@ from knittest.laboratory.strips import (
     yarns_across,
 )
 from knittest.laboratory.tensile.config import TensileRun
+from knittest.laboratory.tensile.kind import KNIT_FORCES
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
@@ -110,6 +111,41 @@ def unresolved_peak(curve: Mapping[str, Array], passage: float) -> float:
     return rate * max(SAMPLES * sample, 0.5 * passage) / float(force[peak])
 
 
+#: part of the gauge length, about its middle, in which the width is measured, and width of its edges over the width
+MIDDLE, EDGES = 0.2, 0.15
+
+
+def knit_results(history: History, facts: Mapping[str, float], axis: int) -> dict[str, float]:
+    """Strain [%] at the forces per width that are reached, largest force per width and strain, contraction [%] there.
+
+    Strips of loops stretch by tens of per cent; they may end without a failure.
+    """
+    strain, force = history.curve["strain_pct"], history.curve["force_n"] / facts["width_mm"]
+    rising = np.maximum.accumulate(force)
+    found = {
+        f"strain_pct_at_n_per_mm.{at:g}": float(strain[np.argmax(rising >= at)])
+        for at in KNIT_FORCES
+        if rising[-1] >= at
+    }
+    last = int(np.argmax(force))
+    found |= {"largest_force_n_per_mm": float(force[last]), "strain_at_largest_force_pct": float(strain[last])}
+    widths = [middle_width(history, frame, axis) for frame in history.frames]
+    at = [float(np.interp(frame.time, history.curve["time_ms"], strain)) for frame in history.frames]
+    contraction = 100.0 * (1.0 - np.array(widths) / widths[0])
+    return found | {"contraction_pct": float(np.interp(strain[last], at, contraction))}
+
+
+def middle_width(history: History, frame: Frame, axis: int) -> float:
+    """Distance [mm] of both edges of the strip in the middle of its length, of nodes that lie there at the start."""
+    start = history.frames[0].position
+    along, across = start[:, axis], start[:, 1 - axis]
+    low, high = along.min(), along.max()
+    middle = np.abs(along - 0.5 * (low + high)) <= 0.5 * MIDDLE * (high - low)
+    left, right = across.min() + EDGES * np.ptp(across), across.max() - EDGES * np.ptp(across)
+    edges = [frame.position[middle & side, 1 - axis].mean() for side in (across <= left, across >= right)]
+    return float(edges[1] - edges[0])
+
+
 #: largest uncertainty in time [%] of the peak force of a macro model; a warning above half of it
 PEAK_TIME_LIMIT = 4.0
 #: pitches inside each clamp of a meso model: enough to grip every yarn
@@ -149,6 +185,11 @@ class Tensile(FabricTest[TensileRun]):
         """Peak force, also per width, fracture strain, force per yarn; of shells the peak's uncertainty in time."""
         peak, facts = int(np.argmax(history.curve["force_n"])), prepared.facts
         force = float(history.curve["force_n"][peak])
+        if run.pulls_loops:
+            found = knit_results(history, facts, pull_axis(run))
+            return found if history.first_failure is None else found | {
+                "peak_force_n": force, "fracture_strain_pct": float(history.curve["strain_pct"][peak]),
+            }  # fmt: skip
         found = {
             "peak_force_n": force,
             "fracture_strain_pct": float(history.curve["strain_pct"][peak]),
