@@ -64,7 +64,7 @@ def test_the_command_writes_fabric_and_rig(tmp_path: Path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert run(["new", "mine", "--structure", "weft-only", "--knitting", "polyester 50 tex"]) == 0
     assert {one.name for one in Path("configs").iterdir()} == {"mine.yaml", "mine-tensile.yaml"}
-    assert resolve(variant="mine").fabric.stitches == ["kkp"]
+    assert resolve(variant="mine").fabric.stitches == ["kp"]
     assert run(["new", "other", "--structure", "interlock"]) == 2
     assert "no such structure" in capsys.readouterr().err
 
@@ -82,4 +82,4 @@ def test_imported_numbers_replace_those_of_the_structure(tmp_path: Path, monkeyp
     path.write_text(new_structure_text("own", "weft-only", folder=part), encoding="utf-8")
     own = resolve(fabric=path).fabric
     assert own.thickness.source == "measured" and own.macro.bending_stiffness.warp.value == 4.5
-    assert own.stitches == ["kkp"] and own.area_mass.source == "derived"
+    assert own.stitches == ["kp"] and own.area_mass.source == "derived"
