@@ -2,7 +2,7 @@
 
 from docs import structures as stored_structures
 from docs.generate_config import table
-from docs.structures import STRAIN, StoredStructure
+from docs.structures import INLAYS, LOOPS, StoredStructure
 from knittest.base.files import structures
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
@@ -69,13 +69,13 @@ SHIPPED = f"""
 All numbers of these files are assumed. `python -m docs.structures` runs for each structure and direction:
 
 ```
-knittest cell --variant NAME --preset quick --path warp --set rig.max_strain={STRAIN:g} \\
+knittest cell --variant NAME --preset quick --path warp --set rig.max_strain={INLAYS:g} \\
   --set rig.transverse=held --set rig.at_fracture=ends
 ```
 
-Loops without inlays along the load are stretched by 40 %, without `rig.max_strain`. The cell keeps its length across.
-Nobody has measured these fabrics, so the curves are predictions without a comparison. Thickness and area mass are those
-of the relaxed cell.
+Where no inlays lie along the load, the strain ends at {LOOPS["warp"]:g} % along the warp and {LOOPS["weft"]:g} % along the weft. The cell keeps
+its length across. Nobody has measured these fabrics, so the curves are predictions without a comparison. Thickness and
+area mass are those of the relaxed cell.
 """.strip()
 
 

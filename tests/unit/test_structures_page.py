@@ -19,7 +19,7 @@ def test_a_stored_structure_has_the_inputs_of_its_file(name):
     for direction, curve in found.curves.items():
         strain = [one for one, _ in curve]
         assert strain == sorted(strain) and len(strain) > 10
-        assert strain[-1] <= stored.settings_of(fabric, direction).get("rig.max_strain", 40.0) + 1e-6
+        assert strain[-1] <= stored.settings_of(fabric, direction)["rig.max_strain"] + 1e-6
     for picture in (f"{name}.png", f"{name}-curves.png"):
         assert (stored.PICTURES / picture).is_file() and f"(structures/{picture})" in PAGE
 
