@@ -235,7 +235,10 @@ class Fabric(Strict):
             return data
         stated = {name: entry for name, entry in contact.items() if not is_filled(entry)}
         layers = data.get("layers")
-        along = [one.get("direction") if isinstance(one, Mapping) else one.direction for one in layers or ()]
+        along = [
+            one.get("direction") if isinstance(one, Mapping) else getattr(one, "direction", None)
+            for one in layers or ()
+        ]
         has_inlays = layers is None or {"warp", "weft"} <= set(along)
         return {**data, "contact": {**contact_of(loop, stated, has_inlays), **stated}}
 
