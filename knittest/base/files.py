@@ -3,6 +3,7 @@
 import csv
 import errno
 import os
+import re
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -149,6 +150,8 @@ def read_tidy_rows(folder: Path) -> Iterator[tuple[Path, int, dict[str, str]]]:
                 yield path, reader.line_num, row
 
 
+#: field that makes a fabric file a structure
+STRUCTURE_FIELD = re.compile(r"^(stitches|layers):", re.M)
 #: folder of the package
 PACKAGE = Path(__file__).resolve().parent.parent
 
@@ -156,6 +159,12 @@ PACKAGE = Path(__file__).resolve().parent.parent
 def configs_dir() -> Path:
     """Folder of the shipped configs (``fabrics/``, ``rigs/``)."""
     return _shipped_folder("configs")
+
+
+def structures() -> dict[str, Path]:
+    """Shipped fabric files that state stitches or layers of inlays, by name."""
+    files = sorted((configs_dir() / "fabrics").glob("*.yaml"))
+    return {p.stem: p for p in files if STRUCTURE_FIELD.search(p.read_text(encoding="utf-8"))}
 
 
 def data_dir() -> Path:

@@ -62,7 +62,7 @@ def relax(**which: Any) -> None:
 @_fabric_options
 @click.option("--out", type=FILE, default=Path("fabric.png"), show_default=True)
 def show(out: Path, **which: Any) -> None:
-    """Draw 4 x 4 cells: technical face, technical back and an oblique view (PNG).
+    """Draw 4 x 4 cells: technical face, technical back, an oblique view and two sections (PNG).
 
     Example: knittest fabric show --variant 2 --out variant2.png
     """

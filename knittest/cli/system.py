@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 from click.core import ParameterSource
 
+from knittest.base.files import structures
 from knittest.cli.options import PATH, PRESET
 
 
@@ -139,6 +140,11 @@ def schema(field: str | None) -> None:
 @click.command()
 @click.argument("name")
 @click.option(
+    "--structure",
+    metavar="STRUCTURE",
+    help=f"Start from the stitches and layers of a shipped structure: {', '.join(structures())}.",
+)
+@click.option(
     "--from", "folder", type=PATH, metavar="DIR", help="Use the tests that knittest data import put into DIR."
 )
 @click.option(
@@ -149,10 +155,11 @@ def schema(field: str | None) -> None:
 @click.option(
     "--knitting", metavar="YARN", help='The same of the knitting yarn, or a yarn card: "{fibre: polyester, ...}".'
 )
-def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str | None) -> None:
+def new(name: str, structure: str | None, folder: Path | None, reinforcing: str | None, knitting: str | None) -> None:
     """Write configs/NAME.yaml, a commented fabric file to edit, and configs/NAME-tensile.yaml, a rig file.
 
-    All numbers are those of the shipped variant 1, marked as assumed. With --from, imported curves, fracture strains
+    All numbers are those of the shipped variant 1, marked as assumed; with --structure, those of a shipped structure:
+    docs/structures.md shows them. With --from, imported curves, fracture strains
     and other measured numbers replace them, with their sources. With --reinforcing and --knitting, the numbers of the
     yarns are derived from their data sheets. The contact stiffness is derived from the knitting yarn. A run at the
     macro scale derives the macro material card from the yarns, unless it was imported.
@@ -163,6 +170,7 @@ def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str |
     from knittest.base.files import configs_dir, write_atomic
     from knittest.config.loading import resolve
     from knittest.config.sources import NAME, NUMBERED
+    from knittest.config.structure_template import new_structure_text
     from knittest.config.templates import YarnSystem, new_fabric_text, rig_template
 
     if not NAME.match(name):
@@ -171,9 +179,12 @@ def new(name: str, folder: Path | None, reinforcing: str | None, knitting: str |
         raise InputError(f"NAME {name}: a shipped fabric has this name: choose another one")
     stated: dict[YarnSystem, str | None] = {"reinforcing": reinforcing, "knitting": knitting}
     yarns: dict[YarnSystem, str] = {system: text for system, text in stated.items() if text is not None}
-    like = resolve(variant="1", parameters="as-measured").fabric
+    if structure is not None:
+        text = new_structure_text(name, structure, folder, yarns)
+    else:
+        text = new_fabric_text(name, resolve(variant="1", parameters="as-measured").fabric, folder, yarns)
     files = {
-        Path("configs") / f"{name}.yaml": new_fabric_text(name, like, folder, yarns),
+        Path("configs") / f"{name}.yaml": text,
         Path("configs") / f"{name}-tensile.yaml": rig_template(
             f"--variant {name} --config configs/{name}-tensile.yaml"
         ),

@@ -42,7 +42,7 @@ def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
     """Field at ``path`` of a run of ``kind`` (or of the model ``kind``); ``None`` if there is none."""
     here = ConfigField(_root(kind), "the run")
     for part in path:
-        if isinstance(part, int) and here.model is not None:  # a model in a list
+        if str(part).isdigit() and here.model is not None:  # a model in a list
             continue
         if here.model is None or part not in here.model.model_fields:
             return None

@@ -151,15 +151,27 @@ CELL: dict[str, tuple[str, ...]] = {
 def deciding_fields(run: Run) -> tuple[str, ...]:
     """Fields of the fabric or the rig that decide the compared results of ``run``, without those that are missing."""
     fields = kinds()[run.rig.kind].deciding.get(run.model.scale, ())
-    named = (field.format(d=run.direction) for field in fields)
+    named = [one for field in fields for one in _of_layers(run, field.format(d=run.direction))]
     return tuple(field for field in named if field.startswith("rig.") or field_value(run.fabric, field) is not None)
 
 
-def field_value(fabric: Fabric, field: str) -> object:
-    """Value of ``field`` of ``fabric``; None if it is missing."""
-    value: object = fabric
+def _of_layers(run: Run, field: str) -> list[str]:
+    """``field`` of the yarns of the layers along the test, or of all where none lies along it."""
+    card, _, name = field.partition(".")
+    if card != "reinforcing":
+        return [field]
+    inlays = run.fabric.inlays_along(run.direction or "") or run.fabric.inlays
+    return list(dict.fromkeys(f"{one.field}.{name}" for one in inlays))
+
+
+def field_value(holder: Fabric | Run, field: str) -> object:
+    """Value of ``field`` of a fabric or a run; None if it is missing."""
+    value: object = holder
     for part in field.split("."):
-        value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
+        if isinstance(value, list) and part.isdigit():
+            value = value[int(part)] if int(part) < len(value) else None
+        else:
+            value = value.get(part) if isinstance(value, dict) else getattr(value, part, None)
     return value
 
 

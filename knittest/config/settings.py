@@ -8,7 +8,7 @@ from typing import Any
 from knittest.base.errors import InputError
 from knittest.config.aliases import present_path, present_value
 from knittest.config.fields import field_at
-from knittest.config.yaml_loader import KeyPath, parse_value, value_excerpt
+from knittest.config.yaml_loader import KeyPath, dotted_path, parse_value, value_excerpt
 
 Where = Callable[[KeyPath], str]
 
@@ -54,7 +54,7 @@ class Layers:
             del self.origin[path]
         holder: Any = self.data
         for depth, part in enumerate(at[:-1], 1):
-            if not isinstance(holder.get(part), dict):
+            if isinstance(holder, dict) and not isinstance(holder.get(part), dict | list):
                 holder[part] = {}
                 self.origin[at[:depth]] = where(at)
             holder = holder[part]
@@ -99,7 +99,7 @@ def parse_set(text: str) -> Setting:
 
 def lay_setting(layers: Layers, setting: Setting) -> None:
     """Lay one setting over ``layers``: a number becomes ``source: user`` with its old sd, null removes a quantity."""
-    path, value = setting.path, setting.value
+    path, value = _path_in_lists(layers, setting), setting.value
     kind = layers.get(("rig", "kind"))
     field = field_at(path, kind)
     if field and field.is_quantity and not isinstance(value, dict):
@@ -110,6 +110,24 @@ def lay_setting(layers: Layers, setting: Setting) -> None:
     elif holder and holder.is_quantity and path[-1] in ("value", "sd"):
         layers.lay(_user_fields(layers.get(path[:-1])), lambda _: setting.place, path[:-1])
     layers.lay(value, lambda _: setting.place, path)
+
+
+def _path_in_lists(layers: Layers, setting: Setting) -> KeyPath:
+    """Path of ``setting`` with the numbers of entries of lists; raises :class:`InputError` for one that is missing."""
+    path: KeyPath = ()
+    for part in setting.path:
+        entries = layers.get(path)
+        if isinstance(entries, list) and str(part).isdigit():
+            if int(part) >= len(entries):
+                raise InputError(
+                    f"{setting.place}: {dotted_path(path)} has {len(entries)} entries, counted from 0; expected a "
+                    "smaller number"
+                )
+            part = int(part)
+        elif path and str(part).isdigit():
+            raise InputError(f"{setting.place}: {dotted_path(path)} is not given as a list; expected it in the file")
+        path = (*path, part)
+    return path
 
 
 def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:

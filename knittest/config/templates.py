@@ -98,7 +98,7 @@ def _fields(model: BaseModel, level: int, commented_out: dict[str, str]) -> Iter
         if name == "kind" and len(get_args(info.annotation)) == 1:
             continue  # no choice
         if info.description:
-            yield f"{indent}# {_comment(type(model), name)}"
+            yield f"{indent}# {field_comment(type(model), name)}"
         if isinstance(value, BaseModel) and not isinstance(value, Quantity):
             yield f"{indent}{name}:"
             yield from _fields(value, level + 1, {})
@@ -108,7 +108,8 @@ def _fields(model: BaseModel, level: int, commented_out: dict[str, str]) -> Iter
             yield f"{indent}{name}: {_flow_text(value)}"
 
 
-def _comment(model: type[BaseModel], name: str) -> str:
+def field_comment(model: type[BaseModel], name: str) -> str:
+    """Description of a field with its unit, bounds and choices."""
     info, meta = model.model_fields[name], field_meta(model, name)
     notes = [meta["unit"] if meta["unit"] != "1" else "dimensionless"] if "unit" in meta else []
     if "least" in meta:
@@ -153,7 +154,7 @@ def new_fabric_text(
         start = start.model_copy(update={system: _make_yarn(system, text)})
         own.append(f"The numbers of {system}, area_mass and thickness are derived from {text}.")
     if yarns:
-        start = _scale_to_yarns(start, like)
+        start = scale_to_yarns(start, like)
         own.append(f"The densities and loop_length of {like.name} are scaled to the diameters of these yarns.")
         start = start.model_copy(
             update={name: Quantity.model_validate(made) for name, made in mass_and_thickness(start).items()}
@@ -168,7 +169,7 @@ def new_fabric_text(
     if folder is None:
         without = start.macro.model_copy(update=_empty_parts(CARD))
         return fabric_template(start.model_copy(update={"macro": without}), like.name, own)
-    document = _read_part(folder)
+    document = read_import(folder)
     fabric = _merge_import(start, document)
     own += [
         f"Numbers of the imported tests, from {folder / FABRIC}:",
@@ -179,12 +180,15 @@ def new_fabric_text(
     return fabric_template(fabric, like.name, own)
 
 
-def _scale_to_yarns(fabric: Fabric, like: Fabric) -> Fabric:
-    """Copy of ``fabric`` with spacings and loop length of ``like``, scaled by the room that the yarns take: the
-    diameters of an inlay and of a knitting yarn on both of its sides. Otherwise thin yarns form slack loops.
+#: fields that :func:`scale_to_yarns` scales
+SCALED = ("warp_density", "weft_density", "loop_length")
+
+
+def scale_to_yarns(fabric: Fabric, like: Fabric) -> Fabric:
+    """Copy of ``fabric`` with spacings and loop length of ``like``, scaled by the room that the yarns take: the mean
+    diameter of the inlays and a knitting yarn on both of its sides. Otherwise thin yarns form slack loops.
     """
-    rooms = (one.reinforcing.beam_diameter.value + 2.0 * one.knitting.beam_diameter.value for one in (fabric, like))
-    factor = next(rooms) / next(rooms)
+    factor = _room(fabric) / _room(like)
     ref = f"as {like.name}, scaled by the yarn diameters"
 
     def scaled(name: str, by: float) -> Quantity:
@@ -192,12 +196,30 @@ def _scale_to_yarns(fabric: Fabric, like: Fabric) -> Fabric:
         sd = None if old.sd is None else float(f"{by * old.sd:.2g}")
         return Quantity(value=float(f"{by * old.value:.3g}"), sd=sd, source="assumed", ref=ref)
 
-    powers = {"warp_density": 1.0 / factor, "weft_density": 1.0 / factor, "loop_length": factor}
+    powers = dict(zip(SCALED, (1.0 / factor, 1.0 / factor, factor), strict=True))
     return fabric.model_copy(update={name: scaled(name, by) for name, by in powers.items()})
+
+
+def _room(fabric: Fabric) -> float:
+    """Mean diameter of the inlays and two diameters of the knitting yarn [mm]."""
+    inlays = [one.yarn.beam_diameter.value for one in fabric.inlays]
+    return sum(inlays) / max(len(inlays), 1) + 2.0 * fabric.knitting.beam_diameter.value
 
 
 def _make_yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
     """Yarn of ``system`` from a text such as "E-glass 600 tex" or a yarn card."""
+    return _checked_yarn(system, text)[1]
+
+
+def read_yarn_card(system: YarnSystem, text: str) -> dict[str, Any]:
+    """Fields of the card of a yarn of ``system`` from a text such as "E-glass 600 tex" or a yarn card.
+
+    Raises :class:`InputError` for a wrong one.
+    """
+    return _checked_yarn(system, text)[0]
+
+
+def _checked_yarn(system: YarnSystem, text: str) -> tuple[dict[str, Any], ReinforcingYarn | KnittingYarn]:
     said = f"--{system} {text!r}"
     if text.lstrip().startswith("{"):
         card = parse_value(text, said)
@@ -208,7 +230,7 @@ def _make_yarn(system: YarnSystem, text: str) -> ReinforcingYarn | KnittingYarn:
     layers, model = Layers(), ReinforcingYarn if system == "reinforcing" else KnittingYarn
     layers.lay(card, lambda path: said)
     try:
-        return model.model_validate(card)
+        return card, model.model_validate(card)
     except ValidationError as error:
         raise input_error(error, layers, model) from None
 
@@ -218,7 +240,8 @@ def _empty_parts(parts: Iterable[str]) -> dict[str, None]:
     return dict.fromkeys(name for part in parts for name in (part, *TOGETHER.get(part, ())))
 
 
-def _read_part(folder: Path) -> Document:
+def read_import(folder: Path) -> Document:
+    """Fabric part of the ``folder`` of an import; raises :class:`InputError` if there is none."""
     if not folder.is_dir():
         raise InputError(f"--from {folder}: expected the folder that knittest data import wrote (its --out)")
     if not (folder / FABRIC).is_file():
@@ -249,6 +272,11 @@ def _merge_import(start: Fabric, document: Document) -> Fabric:
         absent = _empty_parts(part for part in CARD if not {part, *TOGETHER.get(part, ())} & set(own))
         layers.lay(absent, lambda path: f"{start.name}, as started", ("fabric", "macro"))
     layers.lay(stated, lambda path: document.place_of(path[1:]), ("fabric",))
+    return checked_fabric(layers)
+
+
+def checked_fabric(layers: Layers) -> Fabric:
+    """Fabric of ``layers``, for a file in ./configs; raises :class:`InputError` naming each wrong field."""
     try:
         run = RUNS[DEFAULT].model_validate({"fabric": layers.data["fabric"], "model": {"scale": "macro"}})
     except ValidationError as error:

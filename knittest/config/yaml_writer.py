@@ -43,3 +43,11 @@ def dump_mapping(data: dict[str, Any], at: KeyPath = ()) -> str:
         if field and field.unit and path[-1] not in ("value", "sd", "warp", "weft"):
             lines[line - 1] += f"  # {field.unit if field.unit != '1' else 'dimensionless'}"
     return "\n".join(lines) + "\n"
+
+
+def flow_text(value: object) -> str:
+    """YAML of ``value`` on one line."""
+    text = yaml.dump(
+        value, Dumper=_CoreDumper, sort_keys=False, allow_unicode=True, default_flow_style=True, width=LINE_WIDTH
+    )
+    return str(text).removesuffix("...\n").strip()

@@ -127,8 +127,9 @@ def assumed_fields(fabric: Fabric, fields: Sequence[str]) -> tuple[str, ...]:
         elif getattr(value, "source", None) == "assumed":
             found.append(field)
         elif is_filled(value):
-            system, name, *_ = [*field.split("."), ""]
-            settings = [f"{system}.{setting}" for setting, derived in SETTINGS.items() if derived == name]
+            card = next((one for one in fabric.yarn_cards if field.startswith(f"{one}.")), "")
+            name = field.removeprefix(f"{card}.").partition(".")[0]
+            settings = [f"{card}.{setting}" for setting, derived in SETTINGS.items() if derived == name]
             found += [one for one in settings if getattr(field_value(fabric, one), "source", None) == "assumed"]
     return tuple(dict.fromkeys(found))
 
@@ -187,10 +188,11 @@ def quantities(model: BaseModel) -> Iterator[Quantity]:
     """All quantities below ``model``."""
     for name in type(model).model_fields:
         value = getattr(model, name)
-        if isinstance(value, Quantity):
-            yield value
-        elif isinstance(value, BaseModel):
-            yield from quantities(value)
+        for one in value if isinstance(value, list) else (value,):
+            if isinstance(one, Quantity):
+                yield one
+            elif isinstance(one, BaseModel):
+                yield from quantities(one)
 
 
 def tuning_labels(fabric: Fabric, scale: Scale, direction: str, quantity: str) -> list[str]:

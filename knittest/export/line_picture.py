@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -257,7 +258,7 @@ _LINES: dict[str, tuple[str, Any, str]] = {
     "hourglass_mj": (YELLOW, ":", "hourglass"),
     "eroded_mj": (GREY, (0, (6, 2)), "eroded (failed elements)"),
 }
-_PART_STYLES: tuple[tuple[str, Any], ...] = ((GREEN, "-"), (ORANGE, "-"), (GREEN, ":"), (ORANGE, ":"))
+_PART_STYLES: tuple[tuple[str, Any], ...] = tuple((c, s) for s in ("-", ":", "--", "-.") for c in (GREEN, ORANGE))
 _SMALLEST_PCT = 1e-3
 _SHADED = f"not evaluated: start, below\n{100 * START_UP:g} % of the work, and\nafter the first failure"
 
@@ -299,7 +300,7 @@ def energy_picture(
 
 def _draw_energies(axes: "Axes", energies: dict[str, Array], time: Array) -> None:
     parts = [name for name in energies if name.startswith("internal_")]
-    for name, (colour, dashes) in zip(parts, _PART_STYLES, strict=False):
+    for name, (colour, dashes) in zip(parts, cycle(_PART_STYLES), strict=False):
         label = "internal, " + name.removeprefix("internal_").removesuffix("_mj")
         axes.plot(time, energies[name], color=colour, linestyle=dashes, linewidth=1.8, label=label)
     for name, (colour, dashes, label) in _LINES.items():

@@ -295,29 +295,61 @@ _LAYER_COLOURS = {
 _COURSES = ((0.95, 0.85, 0.55), (0.90, 0.55, 0.35))  # neighbouring courses differ, so that the loops can be followed
 #: name, turn about x and turn about y [rad]
 _VIEWS = (("face", 0.0, 0.0), ("back", 0.0, np.pi), ("oblique", -0.9, 0.5))
+#: name, rows to the right, up and to the viewer, place of the plane before the middle [pitches], axis to the right
+_SECTIONS = (
+    ("section across the wales, face up", ((1, 0, 0), (0, 0, 1), (0, -1, 0)), (0.0, -0.5, 0.0), 0),
+    ("section across the courses, face up", ((0, 1, 0), (0, 0, 1), (1, 0, 0)), (0.0, 0.0, 0.0), 1),
+)
+#: start and end (n, 3) [mm], radius (n,) [mm] and colour (n, 3) of pieces of yarns
+_Segments = tuple[Array, Array, Array, Array]
 
 
 def cell_picture(path: Path, cell: Cell, title: str) -> None:
-    """Draw 4 x 4 cells to ``path`` (PNG), the wales upright. Raises :class:`ResourceError`."""
+    """Draw 4 x 4 cells from three sides, the wales upright, and two sections to ``path`` (PNG).
+
+    Raises :class:`ResourceError`.
+    """
     count = _CELLS + 2 * _MARGIN
-    start, end, radius, colour = _yarn_segments(centre_lines(cell, count, count, _FINER), cell.spec.radius)
-    middle = 0.5 * count * np.array([cell.spec.wale, cell.spec.course, 0.0])
-    width, height = _CELLS * cell.spec.wale, _CELLS * cell.spec.course
-    view = View(-0.5 * width, 0.5 * width, -0.5 * height, 0.5 * height, _PIXEL)
-    figure = new_figure(15.0, 0.9 + 4.8 * height / width)
+    yarns = _yarn_segments(centre_lines(cell, count, count, _FINER), cell.spec.radius)
+    pitch = np.array([cell.spec.wale, cell.spec.course, 0.0])
+    width, height = _CELLS * pitch[:2]
+    thick = (1.0 + _FREE) * cell.thickness
+    figure = new_figure(15.0, 1.5 + 4.8 * height / width + 7.2 * thick / min(width, height))
     figure.suptitle(f"{title}: {width:.1f} x {height:.1f} mm, thickness {cell.thickness:.2f} mm")
-    for axes, (name, about_x, about_y) in zip(figure.subplots(1, 3), _VIEWS, strict=True):
-        turn = _turn_matrix(about_x, about_y)
-        image = render_tubes((start - middle) @ turn.T, (end - middle) @ turn.T, radius, colour, view)
-        axes.imshow(image, origin="lower", extent=view.extent)
-        axes.set_title(name)
-        axes.set_axis_off()
+    grid = figure.add_gridspec(2, 1, height_ratios=(4.8 * height / width, 7.2 * thick / min(width, height)))
+    upper, lower = grid[0].subgridspec(1, len(_VIEWS)), grid[1].subgridspec(1, len(_SECTIONS))
+    for k, (name, about_x, about_y) in enumerate(_VIEWS):
+        view = View(-0.5 * width, 0.5 * width, -0.5 * height, 0.5 * height, _PIXEL)
+        _draw_yarns(
+            figure.add_subplot(upper[k]), name, yarns, _turn_matrix(about_x, about_y), 0.5 * count * pitch, view
+        )
+    middle = 0.5 * sum(cell.faces)
+    for k, (name, turn, forward, along) in enumerate(_SECTIONS):
+        wide, depth = _CELLS * pitch[along], float(cell.spec.size[1 - along])
+        view = View(-0.5 * wide, 0.5 * wide, middle - 0.5 * thick, middle + 0.5 * thick, _PIXEL)
+        centre = (0.5 * count + np.array(forward)) * pitch
+        _draw_yarns(figure.add_subplot(lower[k]), name, yarns, np.array(turn), centre, view, depth)
     figure.tight_layout()
     save(figure, path)
 
 
-def _yarn_segments(paths: list[YarnPath], radius: dict[str, float]) -> tuple[Array, Array, Array, Array]:
-    """Start and end (n, 3) [mm], radius (n,) [mm] and colour (n, 3) of all segments of the yarns."""
+def _draw_yarns(
+    axes: "Axes", name: str, yarns: _Segments, turn: Array, centre: Array, view: View, depth: float = np.inf
+) -> None:
+    """Draw yarns about ``centre`` (3,) [mm], turned by ``turn`` (3, 3); with a ``depth`` [mm] those up to there."""
+    start, end, radius, colour = yarns
+    start, end = (start - centre) @ turn.T, (end - centre) @ turn.T
+    height = 0.5 * (start + end)[:, 2]
+    seen = (height > -depth) & ((height <= 0.0) | np.isinf(depth))
+    axes.imshow(
+        render_tubes(start[seen], end[seen], radius[seen], colour[seen], view), origin="lower", extent=view.extent
+    )
+    axes.set_title(name)
+    axes.set_axis_off()
+
+
+def _yarn_segments(paths: list[YarnPath], radius: dict[str, float]) -> _Segments:
+    """All segments of the yarns."""
     pieces = [len(p.points) - 1 for p in paths]
     colours = [_colour(p) for p in paths]
     return (

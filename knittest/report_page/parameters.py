@@ -85,6 +85,8 @@ def plain_settings(fields: object) -> Iterator[tuple[Path, Any]]:
 
 def _walk(fields: object, at: Path = ()) -> Iterator[tuple[Path, Any]]:
     """Path and value of ``fields`` and everything below, except inside a quantity."""
+    if isinstance(fields, list) and fields and isinstance(fields[0], Mapping):
+        fields = dict(enumerate(fields))
     yield at, fields
     if isinstance(fields, Mapping) and not is_quantity(fields):
         for key, value in fields.items():

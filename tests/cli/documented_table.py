@@ -139,6 +139,10 @@ COMMANDS: dict[str, Do] = {
     ),
     "knittest new NAME": Do(given={"NAME": "mine-too"}),
     "knittest new my-fabric": Do(),
+    "knittest new my-weft --structure weft-only": Do(),
+    "knittest fabric show --variant my-weft": Do("--out weft.png"),
+    "knittest cell --variant NAME --preset quick --path warp --set rig.max_strain=1.5 --set rig.transverse=held "
+    "--set rig.at_fracture=ends": Do("--no-frames --no-pictures --out {out}", given={"NAME": "two-yarns"}),
     "knittest tensile --variant my-fabric --scale macro": Do(SHELLS),
     "knittest check tensile --variant my-fabric --scale macro": Do("--preset quick"),
     "knittest new my-fabric --from data/my-fabric": Do(

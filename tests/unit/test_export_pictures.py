@@ -213,3 +213,15 @@ def test_a_mesh_is_read_back(tmp_path, make, kind, shape):
     for number, name in enumerate(mesh.part_names):
         if (mesh.part == number).any():
             assert np.array_equal(np.sort(np.concatenate(read.cell_sets[name])), np.flatnonzero(mesh.part == number))
+
+
+def test_energies_of_any_number_of_systems_are_drawn() -> None:
+    """A fabric with four layers has five systems; each has a style of its own."""
+    from knittest.base.figure import new_figure
+    from knittest.export.line_picture import _draw_energies
+
+    axes, time = new_figure(4.0, 3.0).subplots(), np.linspace(0.0, 1.0, 3)
+    systems = ("warp1", "weft1", "warp2", "weft2", "knit")
+    _draw_energies(axes, {f"internal_{name}_mj": time for name in systems}, time)
+    assert [line.get_label() for line in axes.lines] == [f"internal, {name}" for name in systems]
+    assert len({(line.get_color(), line.get_linestyle()) for line in axes.lines}) == 5

@@ -1,12 +1,31 @@
-"""Fabrics that `knittest new` makes of thin knitting yarns: their cells can be sheared at the first attempt."""
+"""Fabrics that `knittest new` makes: cells of thin knitting yarns can be sheared, and cells of all structures relax, at
+the first attempt.
+"""
 
 import json
 
 import pytest
 
+from knittest.base.files import structures
 from knittest.cli.main import run
 from knittest.config.loading import resolve
+from knittest.config.structure_template import new_structure_text
 from knittest.config.templates import new_fabric_text
+
+PAIRS = [("carbon HT 800 tex", "polyester 100 tex"), ("E-glass 300 tex", "polyester 50 tex")]
+
+
+@pytest.mark.parametrize("structure", structures())
+@pytest.mark.parametrize(("reinforcing", "knitting"), PAIRS)
+def test_a_new_fabric_of_each_structure_relaxes(tmp_path, capsys, structure, reinforcing, knitting):
+    """Thicker and thinner yarns than those of the shipped files."""
+    yarns = {"knitting": knitting}
+    if resolve(variant=structure).fabric.inlays:
+        yarns["reinforcing"] = reinforcing
+    path = tmp_path / "own.yaml"
+    path.write_text(new_structure_text("own", structure, yarns=yarns), encoding="utf-8")
+    assert run(["fabric", "relax", "--fabric", str(path)]) == 0
+    assert "interlacing           checked" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

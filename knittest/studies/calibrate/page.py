@@ -1,8 +1,6 @@
 """Page of a calibration, and the calibrated fabric and rig as files for the other commands."""
 
 from collections.abc import Sequence
-from functools import reduce
-from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +9,7 @@ from knittest.base.kinds import DEFAULT
 from knittest.base.result_rows import LABELS, result_rows
 from knittest.config.base import Quantity
 from knittest.config.fields import field_at
+from knittest.config.quality_checks import field_value
 from knittest.config.run import RUNS, Run
 from knittest.config.yaml_writer import dump_mapping
 from knittest.export.lock import copy_into_run
@@ -61,8 +60,10 @@ def _fabric(outcome: Outcome, run: Run, folder: Path) -> dict[str, Any]:
             field = field_at(path)
             if field is not None and field.is_quantity:
                 keys = [str(part) for part in path[1:]]
-                holder: Any = reduce(getitem, keys[:-1], data)
-                quantity: Any = reduce(getattr, keys, before)
+                holder: Any = data
+                for key in keys[:-1]:
+                    holder = holder[int(key) if isinstance(holder, list) else key]
+                quantity: Any = field_value(before, ".".join(keys))
                 holder[keys[-1]] = _tuned_quantity(outcome, k, quantity)
     for name, text in run.fabric.macro.curve_files.items():
         part, _, direction = name.partition(".")

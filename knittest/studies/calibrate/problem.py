@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from knittest.base.history import Array
 from knittest.config import studies as file
 from knittest.config.base import Quantity
 from knittest.config.fields import field_at
+from knittest.config.quality_checks import field_value
 from knittest.config.run import Run
 from knittest.config.settings import Setting
 from knittest.config.yaml_loader import Document, KeyPath, dotted_path
@@ -86,7 +86,7 @@ def _start_value(one: file.Parameter, here: Quantity | float | None) -> float:
 def current_number(path: KeyPath, runs: Sequence[Run]) -> Quantity | float | None:
     """Number at ``path`` in the first run that has it; ``None`` for anything but a number."""
     run: Any = next((run for run in runs if field_at(path, run.rig.kind) is not None), None)
-    value = reduce(lambda found, part: getattr(found, str(part), None), path, run)
+    value = None if run is None else field_value(run, dotted_path(path))
     return value if isinstance(value, Quantity | int | float) else None
 
 
