@@ -20,10 +20,12 @@ from knittest.laboratory.strips import (
     AngleScatter,
     angle_scatter,
     centre_paths,
+    check_shows_shear,
     cut_piece,
     material_angles,
     needle_nodes,
     random_offsets,
+    surface_nodes,
 )
 from knittest.materials.trellis import NORMALISED
 from knittest.models.meso import build_meso
@@ -49,13 +51,13 @@ class Wrinkles:
 
 
 def measure_wrinkles(frame: Frame, history: History, side: float) -> Wrinkles:
-    """Wrinkles of ``frame``; the reinforcing yarns are the mid-surface of a meso model."""
+    """Wrinkles of ``frame``; the mid-surface of a meso model is that of its inlays, or of its loops."""
     from scipy.signal import find_peaks
 
     mesh, first, points = history.mesh, history.frames[0].position, frame.position
     start, values = first, points[:, 2] - 0.0
     if mesh.kind == "beams":
-        nodes = np.unique(mesh.cells[np.isin(mesh.part, [mesh.part_names.index(name) for name in ("warp", "weft")])])
+        nodes = surface_nodes(mesh)
         start, points, values = first[nodes], points[nodes], points[nodes, 2] - first[nodes, 2]
     along_sides = np.column_stack([start[:, 0] + start[:, 1], start[:, 1] - start[:, 0]]) / np.sqrt(2.0)
     inside = np.abs(along_sides).max(axis=1) < (0.5 - MARGIN) * side
@@ -149,6 +151,10 @@ class PictureFrame(FabricTest[PictureFrameRun]):
 
     lowers_speed = True
 
+    def check_run(self, run: PictureFrameRun) -> None:
+        """Raise :class:`InputError` for a square that shows no shear angle."""
+        check_shows_shear(run, *_whole_pitches(run), "rig.side")
+
     def mount_shells(self, run: PictureFrameRun, specimen: int) -> PreparedSpecimen:
         """Make the square of shells, its diagonals along x and y."""
         check_law_range(run, run.rig.max_angle)
@@ -197,7 +203,7 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         if history.curve["frame_shear_angle_deg"].max() >= MAPPED_ANGLE:
             frame = frame_at(history, MAPPED_ANGLE)
             wrinkles = measure_wrinkles(frame, history, run.rig.side_mm)
-            angles = angle_scatter(material_angles(history.mesh, frame)[0])
+            angles = angle_scatter(material_angles(run, history.mesh, frame)[0])
             found |= {
                 "material_shear_angle_deg_at_40deg": angles.mean,
                 "material_shear_angle_sd_deg_at_40deg": angles.sd,
@@ -262,9 +268,9 @@ def forces_at(history: History, most: float) -> dict[str, float]:
     }
 
 
-def material_scatter(history: History) -> list[tuple[float, AngleScatter]]:
+def material_scatter(run: PictureFrameRun, history: History) -> list[tuple[float, AngleScatter]]:
     """Angle of the frame [deg] and scatter of the material's angle, in each frame of the first loading."""
-    return [(f.coordinate, angle_scatter(material_angles(history.mesh, f)[0])) for f in first_loading(history)]
+    return [(f.coordinate, angle_scatter(material_angles(run, history.mesh, f)[0])) for f in first_loading(history)]
 
 
 def first_loading(history: History) -> list[Frame]:
