@@ -17,7 +17,7 @@ from knittest.materials.yarn_section import STRENGTH_MARGIN, fabric_patch, secti
 from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
-from knittest.models.yarn_contact import YarnContact
+from knittest.models.yarn_contact import PORTION, SMALL_PORTION, YarnContact
 from knittest.models.yarn_model import YarnModel
 
 Path = TypeVar("Path", bound=YarnPath)
@@ -77,6 +77,7 @@ def yarn_contact(run: Run) -> YarnContact:
         patch=fabric_patch(run.fabric),
         pressed=run.fabric.knitting.starts_relaxed,
         cut=CUT,
+        portion=PORTION if run.fabric.inlays else SMALL_PORTION,
     )
 
 

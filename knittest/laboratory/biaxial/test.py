@@ -77,6 +77,7 @@ AT_NEEDLES = 0.1
 class Biaxial(FabricTest[BiaxialRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
+    lowers_speed = True
     ends_at_failure = True
 
     def mount_shells(self, run: BiaxialRun, specimen: int) -> PreparedSpecimen:

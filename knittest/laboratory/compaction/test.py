@@ -123,6 +123,8 @@ UNEVEN_TOLERANCE, SUNK_TOLERANCE = 5.0, 5.0
 class Compaction(FabricTest[CompactionRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
+    lowers_speed = True
+
     def mount_yarns(self, run: CompactionRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the piece of whole pitches, with the plates a little off its faces."""
         pressed, size = whole_pitches(run)

@@ -127,6 +127,8 @@ ACROSS, UNBALANCED = {"warp": "wales", "weft": "courses"}, 5.0
 class PullOut(FabricTest[PullOutRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
+    lowers_speed = True
+
     def check_run(self, run: PullOutRun) -> None:
         """Raise :class:`InputError` for a piece that is too small, and for yarns that do not touch."""
         rig = run.rig
