@@ -189,7 +189,7 @@ class PullOut(FabricTest[PullOutRun]):
         }
 
     def assess(self, run: PullOutRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
-        """Evaluate the standard checks, a slide of a pitch at least, and the balance of the clamps."""
+        """Evaluate the standard checks, a slide of a pitch at least, and, of a quasi-static pull, the clamps' balance."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
         period = prepared.facts["pitch_mm"]
@@ -200,6 +200,8 @@ class PullOut(FabricTest[PullOutRun]):
             )
         apart = found["clamp_difference_pct"]
         text = f"the clamp forces differ by {apart:.1f} % of the mean pull force"
+        if not quality.quasi_static:  # a lower speed mends both
+            return quality
         return check_limit(quality, apart, UNBALANCED, text, ": lower solver.speed")
 
 
