@@ -189,7 +189,7 @@ class PullOut(FabricTest[PullOutRun]):
         }
 
     def assess(self, run: PullOutRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
-        """Evaluate the standard checks, a slide of a pitch at least, and, of a quasi-static pull, the clamps' balance."""
+        """Evaluate the standard checks, a slide of a pitch at least, and the balance of the clamps if quasi-static."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
         period = prepared.facts["pitch_mm"]
