@@ -1,9 +1,11 @@
 """Relaxed cells that pages quote, in docs/cells.json: thickness, mass and crimp of both variants, and their inputs."""
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
@@ -26,7 +28,7 @@ class StoredCell:
     thickness_mm: float
     area_mass_g_m2: float
     crimp: dict[str, float]
-    spec: dict[str, float]
+    spec: dict[str, Any]
     commit: str | None
     date: str
     error: dict[str, float]
@@ -63,7 +65,7 @@ def _numbers(fabric: Fabric, cell: Cell) -> dict[str, float]:
     """Thickness [mm] and area mass [g/m2] of ``cell``."""
     from knittest.runs.preflight.yarn_counterparts import cell_mass
 
-    mass = 1e6 * cell_mass(fabric, cell) / (cell.spec.wale * cell.spec.course)
+    mass = 1e6 * cell_mass(fabric, cell) / math.prod(cell.spec.size)
     return {"thickness_mm": cell.thickness, "area_mass_g_m2": mass}
 
 
@@ -77,5 +79,7 @@ def save(cells: dict[str, StoredCell]) -> None:
     FILE.write_text(json.dumps({name: asdict(cell) for name, cell in cells.items()}, indent=1) + "\n", encoding="utf-8")
 
 
-def _spec(fabric: Fabric) -> dict[str, float]:
-    return asdict(CellSpec.of(fabric))
+def _spec(fabric: Fabric) -> dict[str, Any]:
+    """Inputs of the cell, as the file holds them."""
+    found: dict[str, Any] = json.loads(json.dumps(asdict(CellSpec.of(fabric))))
+    return found

@@ -42,13 +42,15 @@ def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
     """Field at ``path`` of a run of ``kind`` (or of the model ``kind``); ``None`` if there is none."""
     here = ConfigField(_root(kind), "the run")
     for part in path:
+        if isinstance(part, int) and here.model is not None:  # a model in a list
+            continue
         if here.model is None or part not in here.model.model_fields:
             return None
         info = here.model.model_fields[str(part)]
         meta = field_meta(here.model, str(part))
         if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry unit and bounds of their holder
             meta = {"unit": here.unit} if part == "sd" else here.meta
-        here = ConfigField(model_of(info.annotation), info.description or here.description, meta)
+        here = ConfigField(model_of(info.annotation, contained=True), info.description or here.description, meta)
     return here
 
 

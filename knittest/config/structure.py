@@ -27,15 +27,17 @@ class InlayLayer(Strict):
 
     direction: Direction = Field(description="warp: along the wales, weft: along the courses")
     pattern: str = Field(
-        "x", pattern=r"^[x.]+$", description="wales (of warp inlays) or courses (of weft inlays) with an inlay (x) and "
-        "without (.), repeated; x. is every second one",
+        "x", description="wales (of warp inlays) or courses (of weft inlays) with an inlay (x) and without (.), "
+        "repeated; x. is every second one",
     )  # fmt: skip
     yarn: ReinforcingYarn | None = Field(None, description="yarn of this layer; none: fabric.reinforcing")
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
-        if "x" not in self.pattern:
-            raise BoundsError("has no inlay: expected x for a wale or course with one, or no layer", "pattern")
+        if "x" not in self.pattern or set(self.pattern) - set("x."):
+            raise BoundsError(
+                "expected x for each wale or course with an inlay and . for others, such as x.", "pattern"
+            )
         return self
 
 

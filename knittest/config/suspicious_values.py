@@ -7,7 +7,7 @@ from typing import get_args
 from knittest.base.errors import InputError
 from knittest.base.files import configs_dir
 from knittest.config.base import PerDirection, Quantity
-from knittest.config.fabric import YARN_LEVEL, Direction, Fabric
+from knittest.config.fabric import CARD, YARN_LEVEL, Direction, Fabric
 from knittest.config.loading import resolve
 from knittest.config.quality_checks import deciding_fields, field_value
 from knittest.config.run import Run
@@ -145,7 +145,7 @@ def _similar_fabrics(run: Run) -> Iterator[Fabric]:
     own = _fabric_leaves(run.fabric)
     for fabric in (fabric for name in names for fabric in _shipped_versions(name, run.parameters)):
         stated = tuple(field for field in fields if field_value(fabric, field) is not None)
-        if not _changed_fields(own, _fabric_leaves(fabric), stated):
+        if fabric.macro.missing_card_parts != CARD and not _changed_fields(own, _fabric_leaves(fabric), stated):
             yield fabric
 
 

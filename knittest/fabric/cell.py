@@ -170,14 +170,6 @@ class Cell:
         curves = [(one.points[:, 2], self.spec.half_axes[one.system][1]) for one in self.curves]
         return float(min(z.min() - r for z, r in curves)), float(max(z.max() + r for z, r in curves))
 
-    @property
-    def layer_faces(self) -> tuple[float, float]:
-        """Lowest and highest surface [mm] of the inlays; both in the middle of the loops where there are none."""
-        curves = [(one.points[:, 2], self.spec.half_axes[one.system][1]) for one in self.curves if one.system != KNIT]
-        if not curves:
-            return 0.0, 0.0
-        return float(min(z.min() - r for z, r in curves)), float(max(z.max() + r for z, r in curves))
-
     def place_name(self, curve: Curve) -> str:
         """Name of the wale or course of ``curve``, counted from 1."""
         return f"{'wale' if self.spec.axis(curve.system) else 'course'} {curve.index + 1}"

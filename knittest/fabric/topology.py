@@ -177,13 +177,19 @@ def check_topology(cell: "Cell", start: "Cell", continuous: bool = False) -> Non
 
 
 def _check_side(cell: "Cell", start: "Cell", one: Crossing) -> None:
-    """Check that a loop passes an inlay on the side of the layers on which it lies in ``start``."""
+    """Check that a loop passes an inlay on the side of the layers on which it lies in ``start``.
+
+    It lies there if it is beyond half the half height of the outermost inlays: start curves penetrate their surfaces.
+    """
     is_loop_over = cell.curves[one.over].system == KNIT
     loop, place = (one.over, one.over_place) if is_loop_over else (one.under, one.under_place)
     inlay = cell.curves[one.under if is_loop_over else one.over]
     closed = start.curves[loop].closed[:, 2]
     height = float(np.interp(place, np.arange(len(closed)), closed))
-    low, high = start.layer_faces
+    inlays = [
+        (one.points[:, 2].mean(), start.spec.half_axes[one.system][1]) for one in start.curves if one.system != KNIT
+    ]
+    low, high = min(z - 0.5 * half for z, half in inlays), max(z + 0.5 * half for z, half in inlays)
     if (height > high and not is_loop_over) or (height < low and is_loop_over):
         side = "behind" if height > high else "in front of"
         part = "legs" if height > high else "sinker arcs"

@@ -158,7 +158,7 @@ def test_variant_is_a_name_not_a_path(name):
         ("rig.widht=3", '--set rig.widht: rig.widht: unknown field (did you mean "width"?)'),
         ("rig.width.x=3", "rig.width: expected a number in mm, found a mapping"),
         ("fabric.loop_length=3,5", "(decimal comma? write 3.5)"),
-        ("fabric.reinforcing.crimp=1", "fabric.reinforcing.crimp = 1: expected a mapping with warp, weft"),
+        ("fabric.reinforcing.crimp=much", "fabric.reinforcing.crimp = 'much': expected a mapping with warp, weft"),
         ("fabric.macro.tension.wrap=a", 'unknown field, expected warp or weft (did you mean "warp"?)'),
     ],
 )

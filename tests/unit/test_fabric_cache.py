@@ -8,7 +8,7 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from fabric_cases import relaxed, spec
+from fabric_cases import crimped, points_of, relaxed, spec, with_points
 
 from knittest.base.interrupts import Interrupts
 from knittest.config.loading import resolve
@@ -29,8 +29,10 @@ def own_cache(tmp_path, monkeypatch):
 
 
 def assert_same(one: Cell, two: Cell) -> None:
-    for system in ("knit", "warp", "weft"):
-        np.testing.assert_array_equal(getattr(one, system), getattr(two, system))
+    assert [(c.system, c.index) for c in one.curves] == [(c.system, c.index) for c in two.curves]
+    for first, second in zip(one.curves, two.curves, strict=True):
+        np.testing.assert_array_equal(first.points, second.points)
+        np.testing.assert_array_equal(first.period, second.period)
     for name in ("deepest", "worst", "residual", "iterations"):
         assert getattr(one, name) == getattr(two, name)
 
@@ -47,9 +49,17 @@ def test_a_saved_cell_comes_back_with_its_digest(own_cache):
 
 def test_every_input_has_its_own_file():
     base = spec("V1")
-    others = {name: (1.0, 0.8) if value is None else 1.01 * value for name, value in vars(base).items()}
-    paths = {cell_path(replace(base, **{name: value})) for name, value in others.items()}
-    assert len(paths | {cell_path(base)}) == len(vars(base)) + 1
+    warp, weft = base.layers
+    others = [replace(base, **{n: 1.01 * v}) for n, v in vars(base).items() if isinstance(v, float)]
+    changed = [replace(warp, **{n: 1.01 * v}) for n, v in vars(warp).items() if isinstance(v, float)]
+    changed += [replace(warp, pattern=(True, False)), replace(warp, name="warp1"), replace(warp, direction="weft")]
+    others += [replace(base, layers=(one, weft)) for one in changed]
+    others += [
+        replace(base, layers=(weft, warp)),
+        replace(base, stitches=((1, -1),)),
+        replace(base, stitches=((1, 1),)),
+    ]
+    assert len({cell_path(one) for one in [base, *others]}) == len(others) + 1 == 16
 
 
 DAMAGE = "garbage,truncated,flipped,empty,nan,shape,missing,scaled,unsealed,of other inputs"
@@ -62,15 +72,15 @@ def test_a_damaged_file_is_relaxed_again(damage, monkeypatch, capsys):
     path = cell_path(cell.spec)
     whole = path.read_bytes()
     if damage == "nan":
-        save_cell(replace(cell, warp=np.full_like(cell.warp, np.nan)))
+        save_cell(with_points(cell, "warp", np.full((16, 3), np.nan)))
     elif damage == "shape":
-        save_cell(replace(cell, knit=cell.knit[:, :2]))
+        save_cell(with_points(cell, "knit", points_of(cell, "knit")[:, :2]))
     elif damage == "missing":
-        np.savez(path, knit=cell.knit)
+        np.savez(path, **{"knit-0": points_of(cell, "knit")})
     elif damage in ("scaled", "unsealed"):
         with np.load(path) as archive:
             arrays = dict(archive)
-        arrays |= {"knit": 1.01 * arrays["knit"]} if damage == "scaled" else {}
+        arrays |= {"knit-0": 1.01 * arrays["knit-0"]} if damage == "scaled" else {}
         np.savez(path, **{k: v for k, v in arrays.items() if damage == "scaled" or k != "sha256"})
     elif damage == "of other inputs":
         other = replace(cell, spec=replace(cell.spec, wale=1.01 * cell.spec.wale))
@@ -96,19 +106,21 @@ def test_a_process_stands_on_one_cell(monkeypatch):
     save_cell(cell)
     monkeypatch.setattr(relaxation.CellSpec, "of", classmethod(lambda cls, fabric: cell.spec))
     first = relaxation.relaxed_cell(None)
-    save_cell(replace(cell, knit=1.01 * cell.knit))  # by somebody else, while we run
+    save_cell(with_points(cell, "knit", 1.01 * points_of(cell, "knit")))  # by somebody else, while we run
     assert relaxation.relaxed_cell(None) is first
 
 
 def test_the_digest_of_a_cell_is_that_of_its_numbers_and_inputs():
-    cell, names = relaxed("V1"), ("knit", "warp", "weft", "deepest")
-    others = [replace(cell, **{name: np.nextafter(getattr(cell, name), 1e9)}) for name in names]
-    others.append(replace(cell, spec=replace(cell.spec, bending_warp=1.01 * cell.spec.bending_warp)))
+    cell = relaxed("V1")
+    others = [with_points(cell, s, np.nextafter(points_of(cell, s), 1e9)) for s in cell.spec.systems]
+    others.append(replace(cell, deepest=np.nextafter(cell.deepest, 1e9)))
+    others.append(replace(cell, spec=crimped(cell.spec, 0.0061)))
     assert len({cell_digest(c) for c in [cell, *others]}) == len(others) + 1
 
 
 def test_the_cell_is_part_of_what_a_run_is(monkeypatch):
-    cells = {"here": relaxed("V1"), "there": replace(relaxed("V1"), knit=1.01 * relaxed("V1").knit)}
+    cell = relaxed("V1")
+    cells = {"here": cell, "there": with_points(cell, "knit", 1.01 * points_of(cell, "knit"))}
     yarns, shells = (resolve(variant="1", scale=scale, direction="warp") for scale in ("meso", "macro"))
     found = {}
     for place, cell in cells.items():
@@ -153,7 +165,8 @@ class Hostile:
 def test_pickles_are_not_read(tmp_path):
     cell = relaxed("V1")
     save_cell(cell)
-    np.savez(cell_path(cell.spec), knit=np.array([Hostile(tmp_path / "trap")], dtype=object), warp=cell.warp)
+    trap = {"knit-0": np.array([Hostile(tmp_path / "trap")], dtype=object), "warp-0": points_of(cell, "warp")}
+    np.savez(cell_path(cell.spec), **trap)
     assert load_cell(cell.spec) is None
     assert not (tmp_path / "trap").exists()
 

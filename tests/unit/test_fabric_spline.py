@@ -20,8 +20,8 @@ def closed(control: np.ndarray, period: np.ndarray) -> np.ndarray:
 
 
 def test_piece_middles_lie_on_the_curve() -> None:
-    curve, n = relaxed("V1").knit, 32
-    period = relaxed("V1").periods["knit"]
+    knit, n = relaxed("V1").of("knit")[0], 32
+    curve, period = knit.points, knit.period
     control = closed(control_points(curve, period, n), period)
     middles = (control[:-2] + 6.0 * control[1:-1] + control[2:]) / 8.0
     np.testing.assert_allclose(middles, points_on(curve, period, n), atol=1e-12)
@@ -40,11 +40,11 @@ def test_control_points_of_a_small_wave() -> None:
 def test_spline_stays_close_to_the_loop(variant: str) -> None:
     """Between the fitted middles the distance falls at least with the square of the piece; 32 pieces: 1 % of r."""
     cell = relaxed(variant)
-    period = cell.periods["knit"]
-    fine = points_on(cell.knit, period, 20_000)
+    knit, period = cell.of("knit")[0].points, cell.of("knit")[0].period
+    fine = points_on(knit, period, 20_000)
     tree = cKDTree(np.vstack([fine - period, fine, fine + period]))
     coarse, usual = (
-        tree.query(spline_points(closed(control_points(cell.knit, period, n), period), 8))[0].max() for n in (16, 32)
+        tree.query(spline_points(closed(control_points(knit, period, n), period), 8))[0].max() for n in (16, 32)
     )
     assert usual < 0.01 * cell.spec.radius["knit"]
     assert usual < 0.25 * coarse

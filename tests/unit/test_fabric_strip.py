@@ -13,8 +13,12 @@ WALES, COURSES = 4, 3
 AXIS = {"warp": 1, "weft": 0, "knit": 0}
 
 
-def plain(cell: Cell, scale: float = 1.0, per_wave: int = 8) -> dict[str, list[YarnPath]]:
-    amplitude = {"warp": np.full(WALES, scale), "weft": np.full(COURSES, scale)}
+def plain(cell: Cell, scale: float = 1.0, per_wave: int = 8, crimped: bool = False) -> dict[str, list[YarnPath]]:
+    """Strip by system: the control points follow the relaxed waves, or the polygons have their crimp."""
+    amplitude = {}
+    for system, count in (("warp", WALES), ("weft", COURSES)):
+        factor = 1.0 if crimped else wave_scale(cell.of(system)[0], wave_elements(cell, system, per_wave))
+        amplitude[system] = np.full(count, scale / factor)
     paths = strip(cell, WALES, COURSES, 32, per_wave, amplitude)
     return {s: [p for p in paths if p.system == s] for s in AXIS}
 
@@ -47,7 +51,7 @@ def test_every_period_is_an_exact_tile(system: str) -> None:
         count = {"warp": COURSES, "weft": WALES, "knit": WALES}[system]
         n = (len(path.points) - 1) // count
         np.testing.assert_allclose(
-            path.points[n:] - path.points[:-n], np.tile(cell.periods[system], (n * (count - 1) + 1, 1)), atol=1e-12
+            path.points[n:] - path.points[:-n], np.tile(cell.of(system)[0].period, (n * (count - 1) + 1, 1)), atol=1e-12
         )
 
 
@@ -73,10 +77,9 @@ def test_amplitude_scales_the_wave_only() -> None:
 
 @pytest.mark.parametrize("per_wave", [6, 8, 16])
 @pytest.mark.parametrize("system", ["warp", "weft"])
-def test_wave_scale_gives_the_polygon_the_crimp(system: str, per_wave: int) -> None:
+def test_the_polygon_has_the_crimp(system: str, per_wave: int) -> None:
     cell = relaxed("V2")
-    scale = wave_scale(cell, system, wave_elements(cell, system, per_wave))
-    path = plain(cell, scale, per_wave)[system][0].points
+    path = plain(cell, 1.0, per_wave, crimped=True)[system][0].points
     assert polyline_length(path) / np.linalg.norm(path[-1] - path[0]) - 1.0 == pytest.approx(
         cell.crimp(system), rel=2e-4
     )

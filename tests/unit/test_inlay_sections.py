@@ -4,6 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
+from fabric_cases import points_of
 
 from knittest.base.errors import InputError
 from knittest.config.loading import resolve
@@ -45,7 +46,7 @@ def test_circles_are_what_a_card_without_sections_has():
     assert fabric.reinforcing.section is None
     assert fabric.reinforcing.section_mm("warp") == (0.75, 0.75)
     spec = CellSpec.of(fabric)
-    assert spec.warp is None and spec.half_axes["weft"] == (0.375, 0.375) and spec.radius["warp"] == 0.375
+    assert spec.half_axes["weft"] == (0.375, 0.375) and spec.radius["warp"] == 0.375
 
 
 def test_a_load_area_beyond_the_fibres_is_refused_with_the_density_that_would_do():
@@ -68,7 +69,7 @@ def test_a_cell_of_ellipses_has_its_thickness_and_conserves_the_loop():
     assert cell.deepest < 5e-3 and abs(cell.length_error) < 1e-3
     low, high = cell.faces
     assert high - low < resolve(variant="1").fabric.thickness.value + 0.2
-    middle = cell.weft[:, 2].max() - cell.warp[:, 2].min()
+    middle = points_of(cell, "weft")[:, 2].max() - points_of(cell, "warp")[:, 2].min()
     assert middle > sum(fabric.reinforcing.section_mm(d)[1] for d in ("warp", "weft")) / 2.0 * 0.99
 
 
@@ -77,10 +78,10 @@ def test_sections_that_lock_are_refused_with_the_packing_that_would_do(monkeypat
     monkeypatch.setattr(relaxation, "PATIENT", 3000)
     fabric = with_sections(ratio=(1.5, 1.5), packing=(0.5, 0.5))
     with pytest.raises(
-        InputError, match=r"1.73 x 1.15 mm warp .*the yarns lock .*packing (1.\d+) times as large"
+        InputError, match=r"1.73 x 1.15 mm warp, .*the yarns lock .*packing of the inlays (1.\d+) times as large"
     ) as error:
         relaxed_cell(fabric)
-    factor = float(str(error.value).split("section.packing ")[1].split()[0])
+    factor = float(str(error.value).split("section.packing of the inlays ")[1].split()[0])
     assert relaxed_cell(with_sections(ratio=(1.5, 1.5), packing=(0.5 * factor, 0.5 * factor)))
 
 
@@ -88,8 +89,7 @@ def test_a_model_of_yarns_has_the_sections_of_its_inlays():
     """Half axes at every node of warp and weft, heights across the chain and, nearly, the fabric; loops are round."""
     fabric = with_sections(ratio=(2.0, 2.0), packing=(0.9, 0.9))
     run = resolve(variant="1", test="tensile", scale="meso").model_copy(update={"fabric": fabric})
-    ones = np.ones(2)
-    paths = strip(relaxed_cell(fabric), 2, 2, run.model.meso.elements_per_loop, 8, {"warp": ones, "weft": ones})
+    paths = strip(relaxed_cell(fabric), 2, 2, run.model.meso.elements_per_loop, 8)
     draws = {s: draw(fabric, run.variability, s, 2, 0) for s in ("warp", "weft", "knit")}
     model = build_meso(run, paths, draws)
     group, part = model.group, model.group.part
@@ -109,8 +109,7 @@ def test_a_model_of_yarns_has_the_sections_of_its_inlays():
 
 def test_circles_carry_no_sections():
     run = resolve(variant="1", test="tensile", scale="meso")
-    ones = np.ones(1)
-    paths = strip(relaxed_cell(run.fabric), 1, 1, run.model.meso.elements_per_loop, 8, {"warp": ones, "weft": ones})
+    paths = strip(relaxed_cell(run.fabric), 1, 1, run.model.meso.elements_per_loop, 8)
     draws = {s: draw(run.fabric, run.variability, s, 1, 0) for s in ("warp", "weft", "knit")}
     group = build_meso(run, paths, draws).group
     assert group.excess.size == group.upright.size == 0 and (group.bound == group.radius).all()

@@ -1,165 +1,173 @@
-"""Tests on fabrics without a warp in every wale and a weft in every course: angles, edges, crossings, pulled inlays."""
+"""Stitches and layers in a fabric file: what is refused and how; names, yarns and mass of the layers, and strips."""
 
-from functools import cache
+from dataclasses import replace
+from math import pi
+from pathlib import Path
 
 import numpy as np
 import pytest
+from fabric_cases import STRUCTURES, relaxed_structure
 
 from knittest.base.errors import InputError
-from knittest.base.history import Frame, History, Mesh
+from knittest.base.files import configs_dir
+from knittest.config.base import PerDirection
+from knittest.config.fabric import Fabric, yarn_area_mass
 from knittest.config.loading import resolve
-from knittest.config.structure import direction_of
-from knittest.laboratory.base import PreparedSpecimen
-from knittest.laboratory.bias_extension.strip import cut_bias_yarns, strip_of
-from knittest.laboratory.bias_extension.test import BiasExtension
-from knittest.laboratory.bias_extension.zones import material_points
-from knittest.laboratory.forming.results import SIDES, draw_in
-from knittest.laboratory.forming.rig import count_swapped_crossings
-from knittest.laboratory.forming.test import Forming, allowed_depth
-from knittest.laboratory.friction.rig import force_shares
-from knittest.laboratory.picture_frame.test import PictureFrame, measure_wrinkles
-from knittest.laboratory.pull_out.test import PullOut
-from knittest.laboratory.strips import cut_piece, material_angles
-from knittest.models.meso import build_meso
-from knittest.models.yarn_contact import PORTION, SMALL_PORTION
+from knittest.fabric.cell import CellSpec
+from knittest.fabric.strip import strip, yarn_count
+from knittest.materials.yarn_section import sections, systems_of
 
-ANGLE = 0.3
+#: line of fabric.stitches and of the first layer in rib-weft.yaml
+STITCHES, LAYER = 8, 10
+GLASS = "{fibre: E-glass, linear_density: %s}"
 
 
-def run_of(test: str, variant: str, *sets: str, **options: str):
-    return resolve(variant=variant, scale="meso", preset="quick", test=test, sets=sets, **options)
-
-
-@cache
-def square(variant: str) -> tuple:
-    """Picture frame of 20 mm of a fabric: its run and its specimen."""
-    run = run_of("picture-frame", variant, "rig.side=20")
-    return run, PictureFrame().prepare(run)
-
-
-def blank(variant: str) -> tuple:
-    """Run of a forming test, and a piece of 6 by 6 stitches."""
-    run = run_of("forming", variant)
-    piece = cut_piece(run, 6, 6)
-    return run, build_meso(run, piece.paths, piece.draws)
-
-
-def frame(position: np.ndarray) -> Frame:
-    return Frame(0.0, 0.0, 0.0, position, {})
-
-
-def sheared(position: np.ndarray, angle: float) -> np.ndarray:
-    """Positions moved with a picture frame whose diagonal along y is pulled."""
-    p, q = np.cos(0.5 * angle) + np.sin(0.5 * angle), np.cos(0.5 * angle) - np.sin(0.5 * angle)
-    return position * [q, p, 1.0]
-
-
-@pytest.mark.parametrize("variant", ["1", "0-90-0", "weft-only", "weft-every-second-course", "jersey", "seed"])
-def test_material_sheared_with_its_frame_has_the_angle_of_the_frame(variant):
-    run, prepared = square(variant)
-    mesh, start = prepared.model.mesh, prepared.model.position()
-    for angle in (0.0, ANGLE):
-        found, place = material_angles(run, mesh, frame(sheared(start, angle)))
-        assert found == pytest.approx(angle, abs=2e-3) and place.shape == (len(found), 2)
-    assert np.abs(place).max() < 20.0 and np.abs(place.mean(axis=0)).max() < 2.0
-
-
-def test_angles_of_loops_see_every_stitch_between_the_edges():
-    run, prepared = square("weft-only")  # 6 x 6 stitches that repeat after 3 wales
-    angles, _ = material_angles(run, prepared.model.mesh, frame(prepared.model.position()))
-    assert len(angles) == (5 - 3) * (5 - 1)
-
-
-@pytest.mark.parametrize("variant", ["jersey", "weft-only"])
-def test_wrinkles_are_measured_without_one_system_of_inlays(variant):
-    prepared = square(variant)[1]
-    start = prepared.model.position()
-    risen = start + np.outer(np.cos(np.pi * start[:, 0] / 10.0), [0.0, 0.0, 1.0])
-    history = History(prepared.model.mesh, {}, {}, [frame(start), frame(risen)])
-    assert measure_wrinkles(history.frames[1], history, 20.0).amplitude == pytest.approx(1.0, abs=0.1)
+def fabric_of(folder: Path, stitches: str = "[kp]", *layers: str) -> Fabric:
+    text = (configs_dir() / "fabrics" / "rib-weft.yaml").read_text(encoding="utf-8")
+    rows = "\n".join(f"  - {one}" for one in layers or ("{direction: weft}",))
+    text = text.replace("stitches: [kp]", f"stitches: {stitches}").replace("  - {direction: weft}", rows)
+    path = folder / "f.yaml"
+    path.write_text(text, encoding="utf-8")
+    return resolve(fabric=path, test="tensile", scale="meso").fabric
 
 
 @pytest.mark.parametrize(
-    ("sets", "message"),
+    ("stitches", "message"),
     [
-        (("rig.side=10",), "rig.side: 3 wales and 3 courses are too few, expected at least 5 and 3.*rig.side=18"),
-        (("model.meso.knitting=false",), "model.meso.knitting = false.*read from the loops; set it to true"),
+        ("[kq]", "fabric.stitches.0: 'q' is no stitch: expected k (knit) or p (purl)"),
+        ("[kp, K]", "fabric.stitches.1: 'K' is no stitch: expected k (knit) or p (purl)"),
+        ("[kp, k]", "fabric.stitches.1: has 1 stitches and the first course 2: expected courses of equal length"),
+        ("['']", "fabric.stitches.0: has 0 stitches and the first course 0: expected courses of equal length"),
+        ("[]", "fabric.stitches = []: is empty: expected a row of k and p for each course, such as [k]"),
+        ("[1]", "fabric.stitches[0] = 1: expected text, found 1"),
     ],
 )
-def test_a_piece_that_shows_no_shear_is_refused(sets, message):
-    with pytest.raises(InputError, match=message):
-        PictureFrame().check_run(run_of("picture-frame", "weft-only", *sets))
-    PictureFrame().check_run(run_of("picture-frame", "0-90-0", *sets))
-
-
-@pytest.mark.parametrize("variant", ["weft-only", "warp-every-second-wale", "0-90-0"])
-def test_a_strip_on_the_bias_shows_shear_by_its_loops_or_crossings(variant):
-    run = run_of("bias-extension", variant, "rig.width=25", "rig.gauge_length=50")
-    yarns = cut_bias_yarns(run, strip_of(run))
-    start = np.concatenate([path.points for path in yarns.paths])
-    history = History(Mesh("beams", *(np.zeros(0, int),) * 2, (), *(np.zeros(0),) * 2), {}, {}, [frame(start)])
-    material = material_points(run, history)
-    assert len(material.places) > 40
-    assert material.angles(frame(sheared(start, ANGLE))) == pytest.approx(ANGLE, abs=2e-3)
-    assert (material.slip is None) == (variant != "0-90-0")
-    BiasExtension().check_run(run)
-
-
-@pytest.mark.parametrize("variant", ["jersey", "weft-only", "0-90-0", "warp-every-second-wale"])
-def test_the_edges_of_a_blank_are_those_of_its_first_layers_or_of_its_loops(variant):
-    model = blank(variant)[1]
-    start = model.position() - 0.5 * model.position().max(axis=0)
-    edge = draw_in(model.mesh, frame(start), frame(0.9 * start))
-    counts = dict(zip(SIDES, np.bincount(edge.side), strict=True))
-    assert (counts["weft_low"], counts["weft_high"]) == (6, 6)
-    warps = {"0-90-0": (6, 6), "warp-every-second-wale": (3, 3)}.get(variant, (5, 6))  # else arcs, the cut ones without
-    assert {counts["warp_low"], counts["warp_high"]} <= set(warps)
-    for side in SIDES:
-        assert edge.middle(side) == pytest.approx(1.07, abs=0.25)
+def test_wrong_stitches_are_refused_with_what_is_expected(tmp_path: Path, stitches: str, message: str) -> None:
+    with pytest.raises(InputError) as error:
+        fabric_of(tmp_path, stitches)
+    assert f"f.yaml:{STITCHES}: {message}" in str(error.value)
 
 
 @pytest.mark.parametrize(
-    ("variant", "system", "crossings"),
-    [("0-90-0", "warp", 6), ("weft-every-second-course", "warp", 3), ("warp-every-second-wale", "weft", 3)],
+    ("layer", "message"),
+    [
+        ("{direction: wefts}", ".direction = 'wefts': expected warp or weft (did you mean \"weft\"?)"),
+        ("{pattern: x.}", ".direction: missing"),
+        ("{direction: weft, pattern: xo}", ".pattern = 'xo': expected x for each wale or course with an inlay and . "),
+        ("{direction: weft, pattern: '..'}", ".pattern = '..': expected x for each wale or course with an inlay"),
+        ("{direction: weft, patern: x.}", '.patern: unknown field (did you mean "pattern"?)'),
+        ("{direction: weft, yarn: {fibre: E-glass, linear_density: -3}}", ".yarn.linear_density = -3: must be greater"),
+    ],
 )
-def test_crossings_that_swap_their_sides_are_counted_in_all_layers(variant, system, crossings):
-    run, model = blank(variant)
-    mesh, start = model.mesh, model.position()
-    nodes = np.unique(mesh.cells[mesh.yarn == mesh.yarn[mesh.part == mesh.part_names.index(system)][0]])
-    moved = start.copy()
-    moved[nodes, 2] += 5.0 if variant != "warp-every-second-wale" else -5.0
-    assert count_swapped_crossings(run, mesh, frame(start), frame(start)) == 0
-    assert count_swapped_crossings(run, mesh, frame(start), frame(moved)) == crossings
+def test_wrong_layers_are_refused_with_what_is_expected(tmp_path: Path, layer: str, message: str) -> None:
+    with pytest.raises(InputError) as error:
+        fabric_of(tmp_path, "[kp]", layer)
+    assert f"f.yaml:{LAYER}: fabric.layers[0]{message}" in str(error.value)
 
 
-def test_a_blank_without_inlays_has_a_largest_depth_of_tools():
-    run = run_of("forming", "jersey")
-    assert allowed_depth(run) == pytest.approx(125.0 * run.fabric.knitting.beam_diameter_mm)
-    Forming().check_run(run)
+def test_a_repeat_too_large_is_refused(tmp_path: Path) -> None:
+    layers = ("{direction: weft, pattern: xx.}", "{direction: weft, pattern: x....}")
+    with pytest.raises(InputError, match=r"f.yaml:9: fabric.layers = .*repeats after 2 wales and 15 courses, expected"):
+        fabric_of(tmp_path, "[kp]", *layers)
+    fabric = fabric_of(tmp_path, "[kp, kp]", "{direction: weft, pattern: x.}", "{direction: weft, pattern: '..x.xx'}")
+    assert CellSpec.of(fabric).repeat == (2, 6)
 
 
-def test_the_pulled_inlay_is_that_nearest_to_the_middle():
-    run = run_of("pull-out", "warp-every-second-wale", "rig.width=25", direction="warp")
-    prepared: PreparedSpecimen = PullOut().prepare(run)  # 7 wales, inlays in 0, 2, 4 and 6
-    x = prepared.model.position()[int(prepared.facts["tail_node"]), 0]
-    assert x == pytest.approx(4.5 * run.fabric.wale_spacing, abs=0.3)
+def test_layers_are_named_by_direction_and_counted_where_there_are_several(tmp_path: Path) -> None:
+    assert [one.name for one in fabric_of(tmp_path).inlays] == ["weft"]
+    fabric = fabric_of(tmp_path, "[kp]", *(f"{{direction: {one}}}" for one in ("weft", "warp", "weft")))
+    assert [one.name for one in fabric.inlays] == ["weft1", "warp", "weft2"]
+    assert systems_of(fabric) == ("weft1", "warp", "weft2", "knit")
+    assert CellSpec.of(fabric).systems == ("knit", "weft1", "warp", "weft2")
+    assert [one.name for one in fabric.inlays_along("weft")] == ["weft1", "weft2"]
+    assert [one.name for one in resolve(variant="1").fabric.inlays] == ["warp", "weft"]
 
 
-def test_a_pull_out_needs_an_inlay_away_from_the_clamps():
-    layers = 'fabric.layers=[{direction: warp, pattern: "x..."}, {direction: weft}]'
-    with pytest.raises(InputError, match=r"rig.width = 18 mm has 5 wales, expected at least 7.*rig.width=25"):
-        PullOut().check_run(run_of("pull-out", "two-yarns", layers, direction="warp"))
+def test_a_layer_may_have_its_own_yarn(tmp_path: Path) -> None:
+    """Diameters of circles of the same fibre grow with the root of the linear density."""
+    thin = "{direction: weft, yarn: " + GLASS % "{value: 150, source: assumed}" + "}"
+    fabric = fabric_of(tmp_path, "[kp]", "{direction: weft}", "{direction: warp}", thin)
+    assert [one.field for one in fabric.inlays] == ["reinforcing", "reinforcing", "layers.2.yarn"]
+    assert [one.yarn.linear_density.value for one in fabric.inlays] == [600, 600, 150]
+    first, _, third = CellSpec.of(fabric).layers
+    assert third.width == pytest.approx(0.5 * first.width, rel=0.02) and third.bending < first.bending
+    cards = sections(fabric)
+    assert cards[2].radius == pytest.approx(0.5 * third.height) and cards[2].radius < cards[0].radius
 
 
-def test_loads_of_layers_add_up_by_direction():
-    cells = np.array([[0, 1], [2, 3], [4, 5], [6, 7]])
-    parts = ("weft1", "warp", "weft2", "knit")
-    mesh = Mesh("beams", cells, np.arange(4), parts, np.arange(4), np.ones(4))
-    history = History(mesh, {}, {}, [], tool_force=[np.repeat([1.0, 2.0, 3.0, 4.0], 2)])
-    assert force_shares(history) == pytest.approx({"weft": 40.0, "warp": 20.0, "knit": 40.0})
-    assert [direction_of(part) for part in parts] == ["weft", "warp", "weft", "knit"]
+def test_one_number_stands_for_both_directions() -> None:
+    one, both = PerDirection.model_validate(0.5), PerDirection.model_validate({"warp": 0.5, "weft": 0.5})
+    assert one == both and one.warp.value == one.weft.value == 0.5
+    stated = PerDirection.model_validate({"value": 0.5, "sd": 0.1, "source": "measured", "ref": "here"})
+    assert stated.warp == stated.weft and stated.weft.sd == 0.1
+    fabric = resolve(variant="1", sets=["fabric.reinforcing.crimp=0.4"]).fabric
+    assert [one.crimp for one in fabric.inlays] == [0.004, 0.004]
 
 
-def test_contacts_of_loops_alone_recover_by_small_portions():
-    assert square("jersey")[1].model.group.portion == SMALL_PORTION
-    assert square("weft-only")[1].model.group.portion == PORTION
+def test_mass_is_that_of_the_counted_yarns(tmp_path: Path) -> None:
+    """A square metre: 280 courses, two of three with 600 tex, half the 280 wales with 150 tex, 280 x 280 loops."""
+    thin = "{direction: warp, pattern: .x, yarn: " + GLASS % "{value: 150, source: assumed}" + "}"
+    fabric = fabric_of(tmp_path, "[kp]", "{direction: weft, pattern: xx.}", thin, "{direction: weft, pattern: x.}")
+    weft = 280 * (2 / 3 + 1 / 2) * 600e-3 * (1.0 + fabric.inlays[0].crimp)  # g/m2: yarns of 1 m
+    warp = 280 * 1 / 2 * 150e-3 * (1.0 + fabric.inlays[1].crimp)
+    loops = 280**2 * 14.4e-3 * 100e-3
+    assert yarn_area_mass(fabric) == pytest.approx(weft + warp + loops, rel=1e-12)
+    assert fabric.area_mass.value == pytest.approx(weft + warp + loops, rel=1e-3)
+    assert fabric.inlay_density_per_mm("weft") == pytest.approx(0.28 * 7 / 6)
+    assert sum(one.yarn.beam_diameter.value for one in fabric.inlays) + 2 * fabric.knitting.beam_diameter.value == (
+        pytest.approx(fabric.thickness.value, rel=1e-3)
+    )
+
+
+def test_a_strip_has_the_inlays_of_its_wales_and_courses() -> None:
+    """Five wales with a warp in every second one, from the first on: three, at their places.
+
+    Loops beside a warp are longer than others: beams alike end a loop of five wales only near its needle arc.
+    """
+    cell, (wales, courses) = relaxed_structure("two yarns, both in every second"), (5, 4)
+    paths = strip(cell, wales, courses, 16, 8)
+    found = {s: [p for p in paths if p.system == s] for s in cell.spec.systems}
+    assert {s: len(yarns) for s, yarns in found.items()} == {"knit": 4, "warp": 3, "weft": 2}
+    assert [yarn_count(cell, "warp", n) for n in range(1, 6)] == [1, 1, 2, 2, 3]
+    middle = [p.points[:-1, 0].mean() / cell.spec.wale for p in found["warp"]]
+    assert middle == pytest.approx([0.5, 2.5, 4.5], abs=0.05)
+    middle = [p.points[:-1, 1].mean() / cell.spec.course for p in found["weft"]]
+    assert middle == pytest.approx([0.5, 2.5], abs=0.05)
+    for system, count in (("knit", 16 * wales), ("weft", 8 * wales), ("warp", 8 * courses)):
+        for path in found[system]:
+            along = path.points[:, cell.spec.axis(system)]
+            assert len(path.points) == count + 1
+            size = courses * cell.spec.course if system == "warp" else wales * cell.spec.wale
+            cut = 0.25 * cell.spec.wale if system == "knit" else 1e-3
+            assert (along[0], along[-1]) == (0.0, pytest.approx(size, abs=cut))
+
+
+@pytest.mark.parametrize("name", ["rib with weft", "garter", "seed", "0/90/0 on rib", "rib 3x1 with weft"])
+def test_a_strip_repeats_after_the_repeat_of_the_structure(name: str) -> None:
+    """Not before: a wale further the loops differ, and so do they a course further in garter and seed."""
+    cell = relaxed_structure(name)
+    (across, along), n = cell.spec.repeat, 16
+    paths = strip(cell, 2 * across, 2 * along, n, 8)
+    for path in paths:
+        axis = cell.spec.axis(path.system)
+        assert path.points[-1, axis] == pytest.approx(2.0 * cell.spec.size[axis], abs=1e-12)
+    rows = [p.points for p in paths if p.system == "knit"]
+    np.testing.assert_allclose(rows[0][n * across :, 2], rows[0][: n * across + 1, 2], atol=1e-12)
+    np.testing.assert_allclose(rows[along] - rows[0], [[0.0, along * cell.spec.course, 0.0]] * len(rows[0]), atol=1e-12)
+    radius = 0.5 * cell.spec.knit_diameter
+    assert across == 1 or np.abs(rows[0][n:, 2] - rows[0][:-n, 2]).max() > radius
+    assert along == 1 or np.abs(rows[1][:, 2] - rows[0][:, 2]).max() > radius
+
+
+def test_the_mass_of_a_strip_is_the_area_mass_of_its_yarns() -> None:
+    """Lengths of the yarns of 6 x 6 stitches times tex, by hand, against densities, crimp and loop length."""
+    spec = STRUCTURES["two yarns, both in every second"]
+    cell = relaxed_structure("two yarns, both in every second")
+    area = {s: pi * cell.spec.radius[s] ** 2 for s in spec.systems}
+    lengths = {s: cell.length(s) for s in spec.systems}
+    per_cell = 4 * spec.loop_length * area["knit"] + sum(
+        2.0 * pitch * (1.0 + one.crimp) * area[one.name]
+        for one, pitch in zip(spec.layers, (spec.course, spec.wale), strict=True)
+    )
+    assert sum(lengths[s] * area[s] for s in area) == pytest.approx(per_cell, rel=2e-3)
+    assert replace(spec, layers=()).repeat == (1, 1) and spec.repeat == (2, 2)

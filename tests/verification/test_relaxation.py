@@ -6,20 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from contact_cases import derivative
+from fabric_cases import biaxial, crimped, points_of
 
 from knittest.base.errors import InputError
 from knittest.fabric import relaxation as start
 from knittest.fabric.cell import CellSpec
+from knittest.fabric.loop import polyline_length
 from knittest.fabric.relaxation import relax_cell, start_curves, yarn_arrays
 from knittest.kernels.relaxation import Yarns, contact_forces, periodic_pairs, relax, yarn_forces
 
-V1 = CellSpec(100 / 28, 100 / 28, 14.4, 0.75, 0.5, 0.0, 0.0, 18.1, 12.4, 0.05)
+V1 = biaxial(100 / 28, 100 / 28, 14.4)
 AWAY = np.array([0.0, 0.0, 30.0])
-V2 = CellSpec(100 / 28, 100 / 41, 13.4, 0.75, 0.5, 0.0, 0.0, 29.6, 26.2, 0.05)
-
-
-def crimped(spec: CellSpec, crimp: float = 0.006) -> CellSpec:
-    return replace(spec, crimp_warp=crimp, crimp_weft=crimp)
+V2 = biaxial(100 / 28, 100 / 41, 13.4, bending=(29.6, 26.2))
 
 
 def energy(x: np.ndarray, yarns: Yarns, pairs: np.ndarray, penalty: float) -> float:
@@ -109,9 +107,11 @@ def test_tension_straightens_a_wave() -> None:
         _, residual, _, _ = relax(x, yarns, pairs, count, 100.0, 1e-8, 50_000, 0.25)
     assert residual < 1e-8
     relaxed = x[64:80]
-    length = np.linalg.norm(np.diff(np.vstack([relaxed, relaxed[:1] + spec.periods["warp"]]), axis=0), axis=1).sum()
+    length = polyline_length(np.vstack([relaxed, relaxed[:1] + np.array([0.0, spec.course, 0.0])]))
     tension = start.STRETCHING * (length / yarns.total[1] - 1.0)
-    critical = spec.bending_warp * yarns.length[1] ** -3 * (spec.course / 16) ** 3 * (2.0 * np.pi / spec.course) ** 2
+    critical = (
+        spec.layers[0].bending * yarns.length[1] ** -3 * (spec.course / 16) ** 3 * (2.0 * np.pi / spec.course) ** 2
+    )
     assert tension > 0.4 * critical
     assert np.ptp(relaxed[:, 2]) / np.ptp(warp[:, 2]) == pytest.approx(1.0 / (1.0 + tension / critical), rel=0.02)
 
@@ -124,7 +124,7 @@ def test_crossing_yarns_part_until_they_touch() -> None:
     pairs = np.zeros((5000, 4), np.int64)
     count = periodic_pairs(x, yarns, 1.0, pairs)
     relax(x, yarns, pairs, count, 400.0, 1e-5, 50_000, 1.0)
-    assert -1e-5 < x[80:, 2].mean() - x[64:80, 2].mean() - V1.diameter < 0.01
+    assert -1e-5 < x[80:, 2].mean() - x[64:80, 2].mean() - V1.layers[0].height < 0.01
 
 
 #: thickness [mm] of the design study, and measured: 2.22 +- 0.08 (V1) and 2.63 +- 0.15 (V2)
@@ -139,15 +139,15 @@ def test_studied_cells(spec: CellSpec, thickness: float, tolerance: float) -> No
     assert cell.deepest < 5e-3
     assert abs(cell.length_error) < 1e-3
     assert cell.residual < 2e-4
-    for system, crimp in (("warp", spec.crimp_warp), ("weft", spec.crimp_weft)):
-        assert cell.crimp(system) == pytest.approx(crimp, rel=0.05, abs=2e-5)
+    for one in spec.layers:
+        assert cell.crimp(one.name) == pytest.approx(one.crimp, rel=0.05, abs=2e-5)
 
 
 def test_wave_lies_as_prescribed() -> None:
     """The warp is furthest back where the weft crosses, the weft furthest forward where the warp crosses."""
     cell = relax_cell(crimped(V1))
-    back = cell.warp[np.argmin(cell.warp[:, 2])]
-    front = cell.weft[np.argmax(cell.weft[:, 2])]
+    warp, weft = (points_of(cell, system) for system in ("warp", "weft"))
+    back, front = warp[np.argmin(warp[:, 2])], weft[np.argmax(weft[:, 2])]
     assert abs(back[1]) < cell.spec.course / 16
     assert abs(abs(front[0]) - 0.5 * cell.spec.wale) < cell.spec.wale / 16
 
@@ -157,23 +157,21 @@ def test_finer_nodes_change_little(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(start, "LOOP_NODES", 96)
     monkeypatch.setattr(start, "WAVE_NODES", 24)
     fine = relax_cell(crimped(V1))
-    assert len(fine.knit) == 96
+    assert len(points_of(fine, "knit")) == 96
     assert fine.thickness == pytest.approx(coarse.thickness, rel=0.01)
 
 
 def test_same_bits_twice() -> None:
     one, two = relax_cell(V2), relax_cell(V2)
-    assert one.knit.tobytes() == two.knit.tobytes()
+    assert all(a.points.tobytes() == b.points.tobytes() for a, b in zip(one.curves, two.curves, strict=True))
     assert one.iterations == two.iterations
 
 
 def test_a_scaled_fabric_relaxes_to_the_scaled_shape() -> None:
     """Three times the lengths and 3^4 the bending stiffness: contact and stretching stay stiff, so 0.5 % remain."""
     s, f = crimped(V1), 3.0
-    large = CellSpec(
-        f * s.wale, f * s.course, f * s.loop_length, f * s.diameter, f * s.knit_diameter, s.crimp_warp, s.crimp_weft,
-        f**4 * s.bending_warp, f**4 * s.bending_weft, f**4 * s.bending_knit,
-    )  # fmt: skip
+    layers = tuple(replace(y, width=f * y.width, height=f * y.height, bending=f**4 * y.bending) for y in s.layers)
+    large = CellSpec(f * s.wale, f * s.course, f * s.loop_length, f * s.knit_diameter, f**4 * s.bending_knit, layers)
     assert relax_cell(large).thickness == pytest.approx(f * relax_cell(s).thickness, rel=5e-3)
 
 
@@ -183,10 +181,8 @@ def test_a_cell_of_thin_loops_relaxes_as_far_as_one_of_stiff_loops() -> None:
     Contact and stretching stay as stiff, so 0.1 % remain.
     """
     stiff, share = crimped(V1), 1e-2
-    soft = replace(
-        stiff, bending_knit=share * stiff.bending_knit, bending_warp=share * stiff.bending_warp,
-        bending_weft=share * stiff.bending_weft,
-    )  # fmt: skip
+    layers = tuple(replace(one, bending=share * one.bending) for one in stiff.layers)
+    soft = replace(stiff, bending_knit=share * stiff.bending_knit, layers=layers)
     cell = relax_cell(soft)
     assert cell.residual < 3e-6
     assert cell.thickness == pytest.approx(relax_cell(stiff).thickness, rel=1e-3)

@@ -59,8 +59,7 @@ def square(*sets: str) -> YarnModel:
     run = card(*sets)
     ones = YarnDraws(np.full(4, 10.0), np.zeros(4), np.ones(4), np.full(4, 0.5))
     mesh = run.model.meso
-    scale = {s: np.ones(4) for s in ("warp", "weft")}
-    paths = strip(relaxed_cell(run.fabric), 4, 4, mesh.elements_per_loop, mesh.elements_per_wave, scale)
+    paths = strip(relaxed_cell(run.fabric), 4, 4, mesh.elements_per_loop, mesh.elements_per_wave)
     return build_meso(run, paths, dict.fromkeys(("warp", "weft", "knit"), ones))
 
 

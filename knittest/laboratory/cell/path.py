@@ -13,6 +13,8 @@ from knittest.models.tool import Table, ramp
 
 #: knots of a motion, and length of fabric [mm] whose end moves at ``solver.speed``
 KNOTS, FABRIC = 400, 100.0
+#: strain from which on loops slide far along each other and fabric contracts
+LARGE = 0.05
 
 
 @dataclass(frozen=True)
@@ -31,10 +33,20 @@ class CellPath:
 
     @property
     def shrink(self) -> float:
-        """Smallest length over its start [-] of lines in the plane on the path; free ones keep theirs."""
+        """Smallest length over its start [-] of lines in the plane on the path.
+
+        Free lines keep their length, or the area where the stretch is large.
+        """
         flat = self.at[:, [0, 1, 3, 4]].reshape(-1, 2, 2)
         gradient = np.linalg.solve(flat[0], flat)
-        return float(min(np.linalg.svd(gradient, compute_uv=False).min(), 1.0))
+        least = float(min(np.linalg.svd(gradient, compute_uv=False).min(), 1.0))
+        return min(least, 1.0 / (1.0 + self.stretch)) if self.free and self.stretch > LARGE else least
+
+    @property
+    def stretch(self) -> float:
+        """Largest strain [-] of lines in the plane on the path."""
+        flat = self.at[:, [0, 1, 3, 4]].reshape(-1, 2, 2)
+        return float(np.linalg.svd(np.linalg.solve(flat[0], flat), compute_uv=False).max() - 1.0)
 
     @cached_property
     def slope(self) -> Array:

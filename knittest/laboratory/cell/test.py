@@ -12,7 +12,7 @@ from knittest.config.structure import KNIT
 from knittest.fabric.relaxation import relaxed_cell
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.cell.config import TENSION_PATHS, CellRun
-from knittest.laboratory.cell.path import ANGLES, NEAR, CellPath, path_of, time_path
+from knittest.laboratory.cell.path import ANGLES, LARGE, NEAR, CellPath, path_of, time_path
 from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.quality_checks import Span, assess, locking_warning
 from knittest.models.boundary import Boundary, Readings
@@ -186,8 +186,10 @@ class Cell(FabricTest[CellRun]):
         """Make the cell, warp along y; all specimens are alike."""
         observer.phase("generating the yarns")
         cell, rig = relaxed_cell(run.fabric), run.rig
-        shrink = path_of(run, lattice_of(cell, rig.wales, rig.courses)).shrink
-        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, shrink, rig.about, rig.max_slip)
+        path, slip = path_of(run, lattice_of(cell, rig.wales, rig.courses)), rig.max_slip
+        if path.stretch > LARGE:  # loops give yarn to each other
+            slip = max(slip, path.stretch * max(cell.spec.wale, cell.spec.course) / max(cell.spec.radius.values()))
+        model = build_meso_cell(run, cell, rig.wales, rig.courses, rig.axial_share, path.shrink, rig.about, slip)
         return PreparedSpecimen(model, CellTest(run, model), facts={"area_mm2": model.area})
 
     def solve(self, prepared: PreparedSpecimen, run: CellRun, observer: Observer) -> tuple[History, SimulationCost]:
@@ -241,8 +243,12 @@ class Cell(FabricTest[CellRun]):
         return found
 
     def assess(self, run: CellRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
-        """Evaluate the standard checks, of bending by the largest work so far whatever its sign, and locking."""
-        if run.rig.path == "bending":
+        """Evaluate the standard checks and locking.
+
+        Bending and knits that are stretched without inlays start under the energy of their loops: their kinetic energy
+        is over the largest work so far, whatever its sign.
+        """
+        if run.rig.path == "bending" or pulls_loops(run):
             energies = history.energies
             work = np.maximum.accumulate(np.abs(energies["external_mj"]))
             ratio = energies["kinetic_mj"] / np.maximum(work, 1e-9)
@@ -253,9 +259,15 @@ class Cell(FabricTest[CellRun]):
         )
 
 
+def pulls_loops(run: CellRun) -> bool:
+    """Tell whether the path stretches a direction without inlays, in which loops carry the force."""
+    pulled = {"warp": ("warp",), "weft": ("weft",), "biaxial": ("warp", "weft"), "steps": ("warp", "weft")}
+    return any(not run.fabric.inlays_along(direction) for direction in pulled.get(run.rig.path, ()))
+
+
 def checked_span(run: CellRun, history: History) -> Span:
-    """Return the span of the path without its beginning; of bending all of it."""
-    if run.rig.path == "bending":
+    """Return the span of the path without its beginning; of bending and loops without inlays from start-up on."""
+    if run.rig.path == "bending" or pulls_loops(run):
         return Span()
     return Span.from_value(history, "path_pct", 100.0 * run.rig.evaluated_from_fraction)
 
