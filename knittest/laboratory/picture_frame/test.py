@@ -231,8 +231,9 @@ class PictureFrame(FabricTest[PictureFrameRun]):
 def _own_energies(rig: PictureFrameTest, energies: dict[str, Array], mass: Array, start: Array) -> dict[str, Array]:
     own = rig.carried(energies, mass, start)
     spent = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)
-    ratio = np.abs(energies["kinetic_mj"] - own) / np.maximum(spent, 1e-30)
-    return energies | {"external_mj": energies["external_mj"] - own, "kinetic_ratio": ratio}
+    kinetic = np.abs(energies["kinetic_mj"] - own)
+    ratio = kinetic / np.maximum(spent, 1e-30)
+    return energies | {"external_mj": energies["external_mj"] - own, "kinetic_mj": kinetic, "kinetic_ratio": ratio}
 
 
 def _facts(run: PictureFrameRun, fabric: Array) -> dict[str, float]:
