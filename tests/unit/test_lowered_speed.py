@@ -110,7 +110,7 @@ def test_the_speed_of_results() -> None:
 
 @pytest.mark.parametrize(("variant", "share"), [("1", 2.0), ("weft-only", 0.1)])
 def test_loops_that_carry_the_force_are_checked_by_the_work_done_on_them(variant: str, share: float) -> None:
-    """Loops that release energy spend what the work and they give: 1e-3 of spent energy at a work of 0.02 mJ."""
+    """Loops release energy, so that hardly any is spent while the work is 0.02 mJ."""
     run = resolve(variant=variant, scale="meso", preset="quick", test="picture-frame")
     energies = {"kinetic_mj": [0.001, 0.002], "external_mj": [-0.02, 0.01], "kinetic_ratio": [1.0, 2.0]}
     found = kinetic_ratios(run, {name: np.array(values) for name, values in energies.items()})
