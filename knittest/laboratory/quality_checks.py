@@ -12,7 +12,6 @@ from knittest.base.kinds import kinds
 from knittest.base.units import round_down
 from knittest.config.quality_checks import LEAST_ROWS, NEAR, SolverCheck, quality_checks_of
 from knittest.config.run import Run
-from knittest.config.structure import DIRECTIONS
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.shear_law_end import LawExcess, TableExcess, find_law_excess
 from knittest.solve.simulation import LOCKED
@@ -202,7 +201,7 @@ def kinetic_ratios(run: Run, energies: dict[str, Array]) -> Array:
 
     Loops that carry the force give energy of their own when they start to move, so that little is spent.
     """
-    if run.model.scale == "macro" or all(run.fabric.inlays_along(direction) for direction in DIRECTIONS):
+    if run.model.scale == "macro" or run.fabric.has_inlays_both_ways:
         return energies["kinetic_ratio"]
     work = np.maximum.accumulate(np.abs(energies["external_mj"]))
     return energies["kinetic_mj"] / np.maximum(work, LEAST_WORK)

@@ -77,7 +77,7 @@ def yarn_contact(run: Run) -> YarnContact:
         patch=fabric_patch(run.fabric),
         pressed=run.fabric.knitting.starts_relaxed,
         cut=CUT,
-        portion=PORTION if run.fabric.inlays else SMALL_PORTION,
+        portion=PORTION if run.fabric.has_inlays_both_ways else SMALL_PORTION,
     )
 
 

@@ -160,6 +160,6 @@ def test_loads_of_layers_add_up_by_direction():
     assert [direction_of(part) for part in parts] == ["weft", "warp", "weft", "knit"]
 
 
-def test_contacts_of_loops_alone_recover_by_small_portions():
-    assert square("jersey")[1].model.group.portion == SMALL_PORTION
-    assert square("weft-only")[1].model.group.portion == PORTION
+def test_contacts_of_loops_that_carry_a_direction_recover_by_small_portions():
+    assert square("weft-only")[1].model.group.portion == SMALL_PORTION
+    assert square("0-90-0")[1].model.group.portion == PORTION

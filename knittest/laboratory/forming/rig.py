@@ -107,7 +107,7 @@ def no_bending_note(run: FormingRun) -> tuple[str, ...]:
 
 def in_plane_bending_remedy(run: FormingRun) -> str:
     """Settings that give the inlays an in-plane bending stiffness: the switch, or numbers that cannot be derived."""
-    if any(not run.fabric.inlays_along(direction) for direction in ("warp", "weft")):
+    if not run.fabric.has_inlays_both_ways:
         return (
             "the fabric has no inlays in one direction to derive it from: give fabric.macro.in_plane_bending.warp and "
             ".weft [N mm], EI "

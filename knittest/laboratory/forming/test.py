@@ -116,7 +116,7 @@ class Forming(FabricTest[FormingRun]):
             "yarns_at_risk": float(np.count_nonzero(forces["utilisation_pct"] > 100.0 * run.rig.risk_share)),
             "tool_penetration_max_um": float(history.contacts["tool_penetration_max_um"].max()),
         }
-        if mesh.kind == "beams" and all(run.fabric.inlays_along(direction) for direction in DIRECTIONS):
+        if mesh.kind == "beams" and run.fabric.has_inlays_both_ways:
             found["crossings_out_of_order"] = float(count_swapped_crossings(run, mesh, first, last))
         return found
 
