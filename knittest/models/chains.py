@@ -20,7 +20,7 @@ from knittest.models.contact_tracker import YarnContactGroup
 from knittest.models.explicit_model import make_nodes, make_partitions
 from knittest.models.inputs import chain_normals
 from knittest.models.natural_state import natural_normal, natural_state, shapes_at_rest
-from knittest.models.yarn_contact import PORTION, YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 
 
@@ -137,7 +137,7 @@ def contact_group(
         lay.chain_end_flags(0 if contact is None else contact.cut),
         node_cut, law, part, levers, wide, *_heights(lay, normal),
         _shapes(lay, contact), pressed=contact is not None and contact.pressed,
-        portion=PORTION if contact is None else contact.portion,
+        soft=contact is not None and contact.soft,
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from knittest.materials.yarn_section import STRENGTH_MARGIN, fabric_patch, secti
 from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
-from knittest.models.yarn_contact import PORTION, SMALL_PORTION, YarnContact
+from knittest.models.yarn_contact import YarnContact
 from knittest.models.yarn_model import YarnModel
 
 Path = TypeVar("Path", bound=YarnPath)
@@ -52,6 +52,8 @@ def build_meso(
         for path in in_chain_order(run.fabric, paths)
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
+    if contact is not None:
+        contact = replace(contact, soft=not run.fabric.has_inlays_both_ways)
     if contact is not None and not rubbing:
         contact = replace(contact, friction=0.0, static=None, patch=None)
     return build_chains(chains, systems, contact, mass_scaling(run))
@@ -77,7 +79,6 @@ def yarn_contact(run: Run) -> YarnContact:
         patch=fabric_patch(run.fabric),
         pressed=run.fabric.knitting.starts_relaxed,
         cut=CUT,
-        portion=PORTION if run.fabric.has_inlays_both_ways else SMALL_PORTION,
     )
 
 

@@ -8,9 +8,6 @@ from knittest.materials.yarn_section import EVEN, Patch
 
 #: share of critical damping of a touching pair of nodes
 CONTACT_DAMPING = 0.1
-#: most overlap of a contact found late that is given force in one update, over the smaller radius; that of yarns that
-#: store little energy, whose contacts are 0.00005 to 0.001 deep
-PORTION, SMALL_PORTION = 0.02, 2e-4
 #: penetration over the smallest radius beyond which compaction stiffens no more; such runs fail their checks
 COMPACTION_ENDS = 0.5
 
@@ -24,7 +21,8 @@ class YarnContact:
     crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
     relax. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
-    side leaves them no room. A contact found late is given force by a ``portion`` of its overlap at a time.
+    side leaves them no room. ``soft`` yarns store little energy: contacts found late get their force in small portions,
+    and the yarns take long to come to rest.
     """
 
     normal: float
@@ -36,7 +34,7 @@ class YarnContact:
     patch: Patch | None = None
     pressed: bool = False
     cut: int = 0
-    portion: float = PORTION
+    soft: bool = False
 
     def law(self, radius: float, viscous: float, torsional: float = 0.0) -> ContactLaw:
         """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm] and ``torsional``

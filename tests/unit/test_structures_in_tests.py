@@ -21,7 +21,6 @@ from knittest.laboratory.picture_frame.test import PictureFrame, measure_wrinkle
 from knittest.laboratory.pull_out.test import PullOut
 from knittest.laboratory.strips import cut_piece, material_angles
 from knittest.models.meso import build_meso
-from knittest.models.yarn_contact import PORTION, SMALL_PORTION
 
 ANGLE = 0.3
 
@@ -160,6 +159,5 @@ def test_loads_of_layers_add_up_by_direction():
     assert [direction_of(part) for part in parts] == ["weft", "warp", "weft", "knit"]
 
 
-def test_contacts_of_loops_that_carry_a_direction_recover_by_small_portions():
-    assert square("weft-only")[1].model.group.portion == SMALL_PORTION
-    assert square("0-90-0")[1].model.group.portion == PORTION
+def test_loops_that_carry_a_direction_are_soft():
+    assert square("weft-only")[1].model.soft and not square("0-90-0")[1].model.soft
