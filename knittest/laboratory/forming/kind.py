@@ -53,9 +53,8 @@ KIND = TestKind(
         "tool_penetration_max_um": ("deepest penetration of a tool [um]", "{:.1f}"),
         "max_membrane_strain_pct": ("strain of a shell, largest [%]", "{:.2f}"),
         "crossings_out_of_order": ("crossings out of order", "{:.0f}"),
-        "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
     },
-    diagnostic=("tool_penetration_max_um", "run_speed_m_per_s"),
+    diagnostic=("tool_penetration_max_um",),
     pictures=(
         "curve.png", "energies.png", "deformed.png", "shear-angle.png", "wrinkles.png", "draw-in.png",
         "yarn-forces.png", "stamp-work.png",

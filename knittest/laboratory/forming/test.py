@@ -41,8 +41,6 @@ NEAR_CORNER, HIGH = 1.5, 95.0
 class Forming(FabricTest[FormingRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
-    lowers_speed = True
-
     def check_run(self, run: FormingRun) -> None:
         """Raise :class:`InputError` for a blank that shows no shear angle."""
         wales, courses = _whole_pitches(run)
