@@ -1,6 +1,8 @@
 """Shares of energies that exceed their limits, and the speed at which a test restarts."""
 
+from contextlib import nullcontext
 from math import sqrt
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.config.run import Run
+from knittest.laboratory.biaxial.test import Biaxial
 from knittest.laboratory.quality_checks import kinetic_ratios
 from knittest.laboratory.restart import (
     CONTACTS,
@@ -115,3 +118,14 @@ def test_loops_that_carry_the_force_are_checked_by_the_work_done_on_them(variant
     energies = {"kinetic_mj": [0.001, 0.002], "external_mj": [-0.02, 0.01], "kinetic_ratio": [1.0, 2.0]}
     found = kinetic_ratios(run, {name: np.array(values) for name, values in energies.items()})
     assert found[-1] == pytest.approx(share)
+
+
+@pytest.mark.parametrize(("strain", "failed", "stops"), [(1.2, 0.0, True), (1.2, 1.0, False), (0.8, 0.0, False)])
+def test_a_biaxial_test_is_checked_up_to_its_first_failure(strain: float, failed: float, stops: bool) -> None:
+    """From a quarter of the strain on, 1 % of 4 %; yarns that break ring."""
+    run: Any = resolve(variant="1", scale="meso", preset="quick", test="biaxial", direction="warp")
+    prepared: Any = SimpleNamespace(restarts=ALL)
+    check, state = Biaxial().make_row_check(run, prepared), State(10.0, 0.2, 0.0)
+    state.rows = [{"strain_pct": strain, "failed_warp": failed}]
+    with pytest.raises(TooFastError) if stops else nullcontext():
+        check(state)  # type: ignore[arg-type]
