@@ -144,12 +144,19 @@ def _add_slack_to_wave(inlays: Inlays, draws: YarnDraws) -> YarnDraws:
     return replace(draws, amplitude=draws.amplitude * wider, slack=np.zeros_like(draws.slack))
 
 
-def needle_nodes(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Nodes on needles: ends of each ``chain`` (n,), and crests of edge loops, ``beyond`` (n,) [mm] the sides."""
+#: share of a course by which arcs of edge loops may lie inside the sides: thick layers draw them in
+INSIDE = 0.05
+
+
+def needle_nodes(beyond: NDArray[np.float64], chain: NDArray[np.int64], course: float) -> NDArray[np.int64]:
+    """Nodes on needles: ends of each ``chain`` (n,), and crests of edge loops, ``beyond`` (n,) [mm] the sides.
+
+    ``course`` [mm] is the course spacing.
+    """
     change = chain[1:] != chain[:-1]
     ends = np.append(True, change) | np.append(change, True)
     crest = np.append(False, (beyond[1:-1] >= beyond[:-2]) & (beyond[1:-1] > beyond[2:]))
-    return np.flatnonzero(ends | (np.append(crest, False) & (beyond > 0.0)))
+    return np.flatnonzero(ends | (np.append(crest, False) & (beyond > -INSIDE * course)))
 
 
 def random_offsets(height: float, seed: int, count: int) -> Array:

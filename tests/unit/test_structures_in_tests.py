@@ -19,7 +19,7 @@ from knittest.laboratory.forming.test import Forming, allowed_depth
 from knittest.laboratory.friction.rig import force_shares
 from knittest.laboratory.picture_frame.test import PictureFrame, measure_wrinkles
 from knittest.laboratory.pull_out.test import PullOut
-from knittest.laboratory.strips import cut_piece, material_angles
+from knittest.laboratory.strips import cut_piece, material_angles, yarn_nodes
 from knittest.models.meso import build_meso
 
 ANGLE = 0.3
@@ -161,3 +161,13 @@ def test_loads_of_layers_add_up_by_direction():
 
 def test_loops_that_carry_a_direction_are_soft():
     assert square("weft-only")[1].model.soft and not square("0-90-0")[1].model.soft
+
+
+@pytest.mark.parametrize("variant", ["1", "90-0-90-0", "0-90-0", "weft-only", "seed"])
+def test_needles_hold_the_arcs_of_the_first_and_last_course(variant):
+    """Thick layers of 90-0-90-0 draw the sinker arcs of the first course in to its side."""
+    prepared = square(variant)[1]
+    model, held = prepared.model, set(prepared.rig.held.tolist())
+    rows = yarn_nodes(model.mesh, "knit")
+    assert [len(held & set(row[1:-1].tolist())) for row in rows[1:-1]] == [0] * (len(rows) - 2)
+    assert len(held & set(rows[0][1:-1].tolist())) == 6 and len(held & set(rows[-1][1:-1].tolist())) in (5, 6)

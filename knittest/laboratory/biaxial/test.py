@@ -105,7 +105,9 @@ class Biaxial(FabricTest[BiaxialRun]):
         piece = cut_piece(run, n_wales, n_courses, specimen, observer, (run.rig.direction, AT_NEEDLES))
         size = np.array([n_wales, n_courses]) * pitches
         model = build_meso(run, centre_paths(piece.paths, size), piece.draws)
-        held = needle_nodes(np.abs(model.position()[:, 1]) - 0.5 * float(size[1]), model.group.chain)
+        held = needle_nodes(
+            np.abs(model.position()[:, 1]) - 0.5 * float(size[1]), model.group.chain, run.fabric.course_spacing
+        )
         rig = BiaxialTest(run, held, AXIS[run.rig.direction], size)
         return PreparedSpecimen(model, rig, yarns=piece.table, facts=_facts(size))
 

@@ -137,7 +137,7 @@ class Compaction(FabricTest[CompactionRun]):
         under = (np.abs(position[:, :2]) <= 0.5 * size).all(axis=1)
         z = position[:, 2]
         faces = float((z - radius)[under].min()), float((z + radius)[under].max())
-        rim = needle_nodes(np.abs(position[:, 1]) - 0.5 * float(whole[1]), model.group.chain)
+        rim = needle_nodes(np.abs(position[:, 1]) - 0.5 * float(whole[1]), model.group.chain, run.fabric.course_spacing)
         mount = CompactionTest(run, faces, size, radius, rim)
         facts = {
             "area_mm2": float(np.prod(size)), "thickness_at_start_mm": faces[1] - faces[0],

@@ -180,7 +180,7 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
         position = model.position()
         beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * size[1]
-        held = needle_nodes(beyond, model.group.chain)
+        held = needle_nodes(beyond, model.group.chain, run.fabric.course_spacing)
         facts = _facts(run, size)
         return PreparedSpecimen(model, PictureFrameTest(run, held, facts["area_mm2"]), yarns=piece.table, facts=facts)
 
