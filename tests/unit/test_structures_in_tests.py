@@ -20,7 +20,7 @@ from knittest.laboratory.friction.rig import force_shares
 from knittest.laboratory.picture_frame.test import PictureFrame, measure_wrinkles
 from knittest.laboratory.pull_out.test import PullOut
 from knittest.laboratory.strips import cut_piece, material_angles, yarn_nodes
-from knittest.models.meso import build_meso
+from knittest.models.meso import build_meso, is_soft
 
 ANGLE = 0.3
 
@@ -159,8 +159,10 @@ def test_loads_of_layers_add_up_by_direction():
     assert [direction_of(part) for part in parts] == ["weft", "warp", "weft", "knit"]
 
 
-def test_loops_that_carry_a_direction_are_soft():
-    assert square("weft-only")[1].model.soft and not square("0-90-0")[1].model.soft
+def test_thin_loops_and_those_that_carry_a_direction_are_soft():
+    assert all(square(variant)[1].model.soft for variant in ("0-90-0", "weft-only"))
+    fabrics = [run_of("picture-frame", "1", *sets).fabric for sets in ((), ("fabric.layers=[{direction: warp}]",))]
+    assert [is_soft(fabric) for fabric in fabrics] == [False, True]
 
 
 @pytest.mark.parametrize("variant", ["1", "90-0-90-0", "0-90-0", "weft-only", "seed"])
