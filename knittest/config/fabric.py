@@ -235,11 +235,9 @@ class Fabric(Strict):
             return data
         stated = {name: entry for name, entry in contact.items() if not is_filled(entry)}
         layers = data.get("layers")
-        along = [
-            one.get("direction") if isinstance(one, Mapping) else getattr(one, "direction", None)
-            for one in layers or ()
-        ]
-        has_inlays = layers is None or {"warp", "weft"} <= set(along)
+        given = layers if isinstance(layers, list) else []
+        along = {one.get("direction") if isinstance(one, Mapping) else getattr(one, "direction", "") for one in given}
+        has_inlays = layers is None or {"warp", "weft"} <= along
         return {**data, "contact": {**contact_of(loop, stated, has_inlays), **stated}}
 
     @model_validator(mode="after")
