@@ -29,7 +29,7 @@ from knittest.config.laws import (
     YarnContact,
     check_points,
 )
-from knittest.config.structure import Direction, InlayLayer, Inlays, grid_of, inlays_of, repeat_of
+from knittest.config.structure import DIRECTIONS, Direction, InlayLayer, Inlays, grid_of, inlays_of, repeat_of
 from knittest.config.yarn import KnittingYarn, ReinforcingYarn, Yarn, strength_of
 from knittest.config.yarn_card import derived_entry, is_filled, number_of
 
@@ -235,8 +235,9 @@ class Fabric(Strict):
             return data
         stated = {name: entry for name, entry in contact.items() if not is_filled(entry)}
         layers = data.get("layers")
-        along = [one.get("direction") if isinstance(one, Mapping) else one.direction for one in layers or ()]
-        has_inlays = layers is None or {"warp", "weft"} <= set(along)
+        given = layers if isinstance(layers, list) else []
+        along = {one.get("direction") if isinstance(one, Mapping) else getattr(one, "direction", "") for one in given}
+        has_inlays = layers is None or {"warp", "weft"} <= along
         return {**data, "contact": {**contact_of(loop, stated, has_inlays), **stated}}
 
     @model_validator(mode="after")
@@ -261,6 +262,11 @@ class Fabric(Strict):
     def inlays_along(self, direction: str) -> list[Inlays]:
         """Systems of inlays of ``direction``."""
         return [one for one in self.inlays if one.direction == direction]
+
+    @property
+    def has_inlays_both_ways(self) -> bool:
+        """Tell whether inlays run along warp and weft; loops carry the force of a direction without."""
+        return all(self.inlays_along(direction) for direction in DIRECTIONS)
 
     @property
     def is_plain(self) -> bool:

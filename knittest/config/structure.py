@@ -83,6 +83,11 @@ class Inlays:
         return sum(self.has_inlay(k) for k in range(wales_or_courses))
 
 
+def direction_of(system: str) -> str:
+    """Direction of the inlays of ``system``, as ``weft`` of ``weft2``; loops: its name."""
+    return system.rstrip("0123456789")
+
+
 def grid_of(rows: list[str]) -> tuple[tuple[int, ...], ...]:
     """Sides of the stitches by course and wale from rows such as ``kp``; raises :class:`BoundsError`."""
     for number, row in enumerate(rows):

@@ -38,7 +38,7 @@ def with_in_plane_bending(fabric: Fabric) -> Fabric:
     A number that was derived before is derived again, so that it follows changed yarns and densities.
     """
     stated = fabric.macro.in_plane_bending
-    if any(not fabric.inlays_along(d) for d in get_args(Direction)):
+    if not fabric.has_inlays_both_ways:
         return fabric
     kept = {} if stated is None else {d: stated.of(d) for d in get_args(Direction) if not is_derived(stated.of(d))}
     return _replace_bending(fabric, PerDirection(**{d: _derive(fabric, d) for d in get_args(Direction)} | kept))

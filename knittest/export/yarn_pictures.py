@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from knittest.base.figure import current_printing, new_figure, save
 from knittest.base.history import Array, Frame, History, Mesh
 from knittest.config.fabric import Direction
-from knittest.config.structure import KNIT
+from knittest.config.structure import KNIT, direction_of
 from knittest.export.shading import View, render_tubes
 from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, centre_lines
@@ -364,7 +364,7 @@ def _colour(path: YarnPath) -> tuple[float, float, float]:
     """Colour of a yarn: loops by their course, inlays by direction and layer."""
     if path.system == KNIT:
         return _COURSES[path.index % 2]
-    direction = path.system.rstrip("0123456789")
+    direction = direction_of(path.system)
     layers = _LAYER_COLOURS[direction]
     return layers[(int(path.system[len(direction) :] or 1) - 1) % len(layers)]
 

@@ -37,6 +37,15 @@ class LayerSpec:
     pattern: tuple[bool, ...] = (True,)
 
     @property
+    def step(self) -> int:
+        """Wales or courses from one inlay to the next; 1 where they are not equally spaced."""
+        for step in range(1, len(self.pattern) + 1):
+            repeated = self.pattern[:step] * (len(self.pattern) // step)
+            if repeated == self.pattern and sum(self.pattern[:step]) == 1:
+                return step
+        return 1
+
+    @property
     def half_axes(self) -> tuple[float, float]:
         """Half width and half height [mm]."""
         return 0.5 * self.width, 0.5 * self.height

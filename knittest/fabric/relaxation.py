@@ -100,7 +100,7 @@ def _start_inlay(spec: CellSpec, number: int, index: int, level: float, weft: fl
     pitch, pitches = (spec.course, spec.repeat[1]) if along_wales else (spec.wale, spec.repeat[0])
     turn = 2.0 * np.pi * (np.arange(nodes * pitches) / nodes - 0.5)
     other, before = _neighbour(spec, number)
-    step = 1 if other is None or sum(other.pattern) > 1 else len(other.pattern)
+    step = 1 if other is None else other.step
     if step == 1:  # 1 where it crosses a yarn of the neighbouring layer
         wave = np.cos(turn) if along_wales else -np.cos(turn)
     else:

@@ -17,6 +17,8 @@ from knittest.laboratory.shear_law_end import LawExcess, TableExcess, find_law_e
 from knittest.solve.simulation import LOCKED
 from knittest.solve.state import SimulationCost
 
+#: least work [mJ] in a ratio
+LEAST_WORK = 1e-9
 #: share of its limit that advice aims at, as the rules are estimates
 TARGET_SHARE = 0.7
 
@@ -145,7 +147,7 @@ def assess(
     free = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
     lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in free]
     quality = Quality(
-        ke_over_ie_max=float(history.energies["kinetic_ratio"][rows].max()),
+        ke_over_ie_max=float(kinetic_ratios(run, history.energies)[rows].max()),
         energy_error_max=float(history.energies["energy_error"][rows].max()),
         penetration_over_radius_max=penetration,
         penetration_over_radius_mean=cost.penetration_mean,
@@ -192,6 +194,17 @@ def _advise_more_rows(run: Run, prepared: PreparedSpecimen, history: History, co
     power = 2.0 if times[rows.stop - 1] <= run.solver.ramp_ms else 1.0
     slower = f"--set solver.speed={round_down(run.solver.speed * (most / samples) ** power):g}"
     return slower if samples <= run.output.samples else f"{slower} --set output.samples={samples}"
+
+
+def kinetic_ratios(run: Run, energies: dict[str, Array]) -> Array:
+    """Kinetic energy over the energy spent, (n_rows,); over the largest work where a direction has no inlays.
+
+    Loops that carry the force give energy of their own when they start to move, so that little is spent.
+    """
+    if run.model.scale == "macro" or run.fabric.has_inlays_both_ways:
+        return energies["kinetic_ratio"]
+    work = np.maximum.accumulate(np.abs(energies["external_mj"]))
+    return energies["kinetic_mj"] / np.maximum(work, LEAST_WORK)
 
 
 def loss_ratios(energies: dict[str, Array]) -> tuple[Array, Array, Array]:

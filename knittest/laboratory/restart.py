@@ -8,13 +8,11 @@ import numpy as np
 
 from knittest.base.history import Array, History, Quality
 from knittest.config.run import Run
-from knittest.laboratory.quality_checks import loss_ratios
+from knittest.laboratory.quality_checks import LEAST_WORK, kinetic_ratios, loss_ratios
 from knittest.solve.state import Simulation, TooFastError
 
 #: columns of the energies that are not accumulated
 INSTANTANEOUS_COLUMNS = ("time_ms", "kinetic_mj", "kinetic_ratio", "energy_error")
-#: least work [mJ] in a ratio
-LEAST_WORK = 1e-9
 
 
 def history_from_time(history: History, begin: float) -> History:
@@ -99,8 +97,9 @@ def make_row_check(
         energies = judged(state, row)
         left_out = float(row["external_mj"][0] - energies["external_mj"][0])
         work = max(abs(one["external_mj"] - left_out) for one in state.energy_rows)
-        damping, of_contacts, _ = loss_ratios(energies | {"external_mj": np.array([work])})
-        shares = {KINETIC: energies["kinetic_ratio"][-1], DAMPING: damping[-1], CONTACTS: of_contacts[-1]}
+        energies |= {"external_mj": np.array([work])}
+        damping, of_contacts, _ = loss_ratios(energies)
+        shares = {KINETIC: kinetic_ratios(run, energies)[-1], DAMPING: damping[-1], CONTACTS: of_contacts[-1]}
         _check_shares(run, restarts, {name: float(share) for name, share in shares.items()})
 
     return check

@@ -13,7 +13,7 @@ from knittest.base.history import Array, Body, Frame, History, Mesh, Specimen
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
-from knittest.config.structure import KNIT, Inlays
+from knittest.config.structure import DIRECTIONS, KNIT, Inlays, repeat_of
 from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.strip import YarnPath, strip, yarn_count
 from knittest.fabric.topology import YarnDraws, draw
@@ -51,6 +51,38 @@ def carrying_width(run: Run, direction: Direction, specimen: int = 0) -> float:
     if run.model.scale == "macro":
         return run.rig.width_mm
     return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
+
+
+def full_layer(fabric: Fabric, direction: Direction) -> str:
+    """Name of the first layer with an inlay in every wale (warp) or course (weft); empty without."""
+    return next((one.name for one in fabric.inlays_along(direction) if all(one.pattern)), "")
+
+
+def has_all_crossings(fabric: Fabric) -> bool:
+    """Tell whether inlays of both directions cross in every stitch."""
+    return all(full_layer(fabric, direction) for direction in DIRECTIONS)
+
+
+def check_shows_shear(run: Run, n_wales: int, n_courses: int, field: str) -> None:
+    """Raise :class:`InputError` where a piece of ``n_wales`` by ``n_courses`` stitches shows no shear angle.
+
+    Without a crossing of inlays in every stitch it is read from the loops; ``field`` is the size of the piece.
+    """
+    fabric = run.fabric
+    if run.model.scale == "macro" or has_all_crossings(fabric):
+        return
+    if not run.model.meso.knitting:
+        raise InputError(
+            "model.meso.knitting = false: inlays do not cross in every stitch of this fabric, and its shear angle is "
+            "read from the loops; set it to true"
+        )
+    wales, courses = (2 + count for count in repeat_of(fabric.grid, fabric.inlays))
+    if n_wales < wales or n_courses < courses:
+        enough = ceil(max(wales * fabric.wale_spacing, courses * fabric.course_spacing))
+        raise InputError(
+            f"{field}: {n_wales} wales and {n_courses} courses are too few, expected at least {wales} and {courses}: "
+            f"the shear angle of this fabric is read over a repeat of its loops; use --set {field}={enough}"
+        )
 
 
 def check_has_inlays(fabric: Fabric, direction: Direction, field: str, what: str) -> None:
@@ -112,12 +144,19 @@ def _add_slack_to_wave(inlays: Inlays, draws: YarnDraws) -> YarnDraws:
     return replace(draws, amplitude=draws.amplitude * wider, slack=np.zeros_like(draws.slack))
 
 
-def needle_nodes(beyond: NDArray[np.float64], chain: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Nodes on needles: ends of each ``chain`` (n,), and crests of edge loops, ``beyond`` (n,) [mm] the sides."""
+#: share of a course by which arcs of edge loops may lie inside the sides: thick layers draw them in
+INSIDE = 0.05
+
+
+def needle_nodes(beyond: NDArray[np.float64], chain: NDArray[np.int64], course: float) -> NDArray[np.int64]:
+    """Nodes on needles: ends of each ``chain`` (n,), and crests of edge loops, ``beyond`` (n,) [mm] the sides.
+
+    ``course`` [mm] is the course spacing.
+    """
     change = chain[1:] != chain[:-1]
     ends = np.append(True, change) | np.append(change, True)
     crest = np.append(False, (beyond[1:-1] >= beyond[:-2]) & (beyond[1:-1] > beyond[2:]))
-    return np.flatnonzero(ends | (np.append(crest, False) & (beyond > 0.0)))
+    return np.flatnonzero(ends | (np.append(crest, False) & (beyond > -INSIDE * course)))
 
 
 def random_offsets(height: float, seed: int, count: int) -> Array:
@@ -252,28 +291,73 @@ def shell_angles(frame: Frame) -> Array:
     return -frame.fields["shear_angle"]
 
 
-def crossing_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
-    """Shear angle [rad] at each crossing, (n,), between both pitches there, signed as the frame's; its place [mm]."""
-    warp, weft = (pitch_vectors(mesh, frame, s) for s in ("warp", "weft"))
+def crossing_angles(mesh: Mesh, frame: Frame, systems: Sequence[str] = DIRECTIONS) -> tuple[Array, Array]:
+    """Shear angle [rad] at each crossing, (n,), between both pitches there, signed as the frame's; its place [mm].
+
+    ``systems`` are a layer of warp and one of weft, with an inlay in every wale and course.
+    """
+    counts = [len(yarn_nodes(mesh, system)) for system in systems]
+    warp, weft = (pitch_vectors(mesh, frame, s, n) for s, n in zip(systems, reversed(counts), strict=True))
     across = weft[0].transpose(1, 0, 2)
     cosine = np.sum(warp[0] * across, axis=2)
     cosine /= np.linalg.norm(warp[0], axis=2) * np.linalg.norm(across, axis=2)
     return np.arcsin(cosine).ravel(), warp[1][..., :2].reshape(-1, 2)
 
 
-def material_angles(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
-    """Shear angle [rad] of each shell or crossing, (n,), and its place in plan [mm], (n, 2)."""
+def stitch_angles(run: Run, mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
+    """Shear angle [rad] between the needle arcs of a repeat of loops, (n,), signed as the frame's; its place [mm].
+
+    Loops at the cut ends of the courses and those of the last course are left out: no loop holds them.
+    """
+    arcs = needle_arcs(run, mesh)[:-1, 1:-1]
+    wales, courses = repeat_of(run.fabric.grid, run.fabric.inlays)
+    here, above, beside = (
+        frame.position[a] for a in (arcs[:-courses, :-wales], arcs[courses:, :-wales], arcs[:-courses, wales:])
+    )
+    warp, weft = above - here, beside - here
+    cosine = np.sum(warp * weft, axis=2) / np.linalg.norm(warp, axis=2) / np.linalg.norm(weft, axis=2)
+    return np.arcsin(cosine).ravel(), 0.5 * (above + beside)[..., :2].reshape(-1, 2)
+
+
+def material_angles(run: Run, mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
+    """Shear angle [rad] of each shell, crossing or repeat of loops, (n,), and its place in plan [mm], (n, 2)."""
     if mesh.kind == "shells":
         return shell_angles(frame), frame.position[mesh.cells].mean(axis=1)[:, :2]
-    return crossing_angles(mesh, frame)
+    if not has_all_crossings(run.fabric):
+        return stitch_angles(run, mesh, frame)
+    return crossing_angles(mesh, frame, [full_layer(run.fabric, direction) for direction in DIRECTIONS])
 
 
-def pitch_vectors(mesh: Mesh, frame: Frame, system: str) -> tuple[Array, Array]:
-    """Direction and middle of each pitch of all yarns of a system, both (n_yarns, n_pitches, 3) [mm]."""
-    parts = {s: np.unique(mesh.yarn[mesh.part == mesh.part_names.index(s)]) for s in ("warp", "weft")}
-    pitches = len(parts["weft" if system == "warp" else "warp"])
-    cells = np.array([mesh.cells[mesh.yarn == yarn] for yarn in parts[system]])
-    node = np.concatenate([cells[..., 0], cells[:, -1:, 1]], axis=1)
+def yarn_nodes(mesh: Mesh, system: str) -> NDArray[np.int64]:
+    """Nodes of the yarns of a ``system``, which are equally long: (n_yarns, n_nodes)."""
+    yarns = np.unique(mesh.yarn[mesh.part == mesh.part_names.index(system)])
+    cells = np.array([mesh.cells[mesh.yarn == yarn] for yarn in yarns])
+    return np.concatenate([cells[..., 0], cells[:, -1:, 1]], axis=1)
+
+
+def needle_arcs(run: Run, mesh: Mesh) -> NDArray[np.int64]:
+    """Nodes in the needle arcs of the loops and at the cut ends, (n_courses, n_wales + 1)."""
+    return yarn_nodes(mesh, KNIT)[:, :: run.model.meso.elements_per_loop]
+
+
+def stitch_counts(run: Run, mesh: Mesh) -> tuple[int, int]:
+    """Wales and courses of a piece of yarns, by its loops or by its inlays, of which one lies in each of them."""
+    if KNIT in mesh.part_names and (mesh.part == mesh.part_names.index(KNIT)).any():
+        courses, ends = needle_arcs(run, mesh).shape
+        return ends - 1, courses
+    wales, courses = (len(yarn_nodes(mesh, full_layer(run.fabric, direction))) for direction in DIRECTIONS)
+    return wales, courses
+
+
+def surface_nodes(mesh: Mesh) -> NDArray[np.int64]:
+    """Nodes of the mid-surface: those of a sheet, of the inlays, or of the loops where there are no inlays."""
+    inlays = np.isin(mesh.part, [k for k, name in enumerate(mesh.part_names) if name != KNIT])
+    return np.unique(mesh.cells[inlays if inlays.any() else slice(None)])
+
+
+def pitch_vectors(mesh: Mesh, frame: Frame, system: str, pitches: int) -> tuple[Array, Array]:
+    """Direction and middle of each of the ``pitches`` of all yarns of a system, both (n_yarns, n_pitches, 3) [mm]."""
+    node = yarn_nodes(mesh, system)
     ends = frame.position[node[:, :: (node.shape[1] - 1) // pitches]]
     return ends[:, 1:] - ends[:, :-1], 0.5 * (ends[:, 1:] + ends[:, :-1])
 

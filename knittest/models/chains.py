@@ -137,6 +137,7 @@ def contact_group(
         lay.chain_end_flags(0 if contact is None else contact.cut),
         node_cut, law, part, levers, wide, *_heights(lay, normal),
         _shapes(lay, contact), pressed=contact is not None and contact.pressed,
+        soft=contact is not None and contact.soft,
     )  # fmt: skip
 
 

@@ -35,9 +35,9 @@ LEFT_FREE = 0.01
 #: time in which deeper overlap without force falls to 1 / e of itself [ms], and the most of it that is given force in
 #: one update, over the smaller radius
 RECOVERY, PORTION = 0.02, 0.02
-#: largest portion in a periodic cell, which has little energy. Contacts between thin loops are 0.00005 to 0.001 deep:
-#: portions of 0.002 gave as much energy as the cell had
-PORTION_OF_CELLS = 2e-4
+#: largest portion in a periodic cell and of soft yarns, which have little energy. Contacts between thin loops are
+#: 0.00005 to 0.001 deep: portions of 0.002 gave as much energy as the cell had
+SMALL_PORTION = 2e-4
 
 
 def _empty_contacts(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -72,7 +72,7 @@ class YarnContactGroup:
     pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
     an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
     (``shape``: if all are rigid).
-    ``pressed`` where overlaps at the start shall carry force.
+    ``pressed`` where overlaps at the start shall carry force. ``soft``: see :class:`YarnContact`.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
     pieces ``near`` (n_nodes,), which touch a node of the cell, whose ``images`` have copies of them; none elsewhere.
@@ -98,6 +98,7 @@ class YarnContactGroup:
     near: Flags | None = None
     images: Images | None = None
     pressed: bool = False
+    soft: bool = False
 
 
 class ContactTracker:
@@ -173,7 +174,7 @@ class ContactTracker:
             group.law,
             LEFT_FREE,
             min(time / RECOVERY, 1.0),
-            PORTION if group.images is None else PORTION_OF_CELLS,
+            PORTION if group.images is None and not group.soft else SMALL_PORTION,
         )
         return float(given), float(deepest)
 

@@ -15,6 +15,7 @@ from knittest.fabric.strip import YarnPath, strip
 from knittest.fabric.topology import YarnDraws
 from knittest.materials.yarn_section import STRENGTH_MARGIN, fabric_patch, sections, systems_of
 from knittest.models.chains import Chain, MassScaling, build_chains
+from knittest.models.contact_tracker import PORTION
 from knittest.models.periodic import SLIDE, PeriodicChain, build_periodic
 from knittest.models.periodic_model import PeriodicModel
 from knittest.models.yarn_contact import YarnContact
@@ -52,9 +53,21 @@ def build_meso(
         for path in in_chain_order(run.fabric, paths)
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
+    if contact is not None:
+        contact = replace(contact, soft=is_soft(run.fabric))
     if contact is not None and not rubbing:
         contact = replace(contact, friction=0.0, static=None, patch=None)
     return build_chains(chains, systems, contact, mass_scaling(run))
+
+
+def is_soft(fabric: Fabric) -> bool:
+    """Tell whether loops alone carry a direction, or a loop that bends stores little energy, EI over its length.
+
+    That is less than what a contact found late would be given at once (:data:`.contact_tracker.PORTION`).
+    """
+    loop = fabric.knitting
+    given = 0.5 * fabric.contact.normal_stiffness_n_per_mm * (PORTION * 0.5 * loop.beam_diameter_mm) ** 2
+    return not fabric.has_inlays_both_ways or given > loop.bending_stiffness_n_mm2 / fabric.loop_length_mm
 
 
 def in_chain_order(fabric: Fabric, paths: Iterable[Path]) -> list[Path]:

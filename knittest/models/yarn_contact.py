@@ -21,7 +21,8 @@ class YarnContact:
     crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
     relax. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
-    side leaves them no room.
+    side leaves them no room. ``soft`` yarns store little energy: contacts found late get their force in small portions,
+    and the yarns take long to come to rest.
     """
 
     normal: float
@@ -33,6 +34,7 @@ class YarnContact:
     patch: Patch | None = None
     pressed: bool = False
     cut: int = 0
+    soft: bool = False
 
     def law(self, radius: float, viscous: float, torsional: float = 0.0) -> ContactLaw:
         """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm] and ``torsional``

@@ -80,6 +80,7 @@ class YarnModel(ExplicitModel):
         # both yarns of a crossing may move, and contacts are looked at every LEAST_STEPS steps at the latest
         self.farthest = float(self.group.radius.min()) / LEAST_STEPS
         self.pressed = self.contact and self.group.pressed
+        self.soft = self.contact and self.group.soft
         self.prestressed |= self.pressed
         self.flattens = self.group.shape.size > 0
 

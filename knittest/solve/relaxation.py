@@ -28,8 +28,9 @@ ROUNDING = 4.0 * float(np.finfo(float).eps)
 STALLED, LOST = (2000, 20000), 0.01
 #: residual and most steps of the relaxation of a prestressed model before its test
 SETTLED, SETTLING = 0.01, 4000
-#: most steps where yarns press each other from the start, and overlap [mm] that starts to bear in each chunk
-SETTLING_PRESSED, PRESSED = 8000, 1e-3
+#: most steps where yarns press each other from the start, where they are soft, and overlap [mm] that starts to bear in
+#: each chunk
+SETTLING_PRESSED, SETTLING_SOFT, PRESSED = 8000, 40000, 1e-3
 #: times that overlap is made to bear again which closest points hid while the yarns relaxed
 AGAIN = 2
 
@@ -62,9 +63,9 @@ def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Lo
     """Relax a prestressed model under the first values of all tables; the tally is left empty.
 
     Loose yarns at cut edges may creep on: after :data:`SETTLING` steps (:data:`SETTLING_PRESSED` where yarns are to
-    press each other from the start) the rest is left to the damping of the test.
+    press each other from the start, :data:`SETTLING_SOFT` of soft ones) the rest is left to the damping of the test.
     """
-    most = SETTLING_PRESSED if model.pressed else SETTLING
+    most = SETTLING_SOFT if model.soft else SETTLING_PRESSED if model.pressed else SETTLING
     found = relax(model, drive, tally, dt, SETTLED, most, at=0.0, look=look)
     for _ in range(AGAIN):
         if model.press(0.0) <= PRESSED:

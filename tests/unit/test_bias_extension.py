@@ -218,7 +218,7 @@ def test_a_cut_yarn_ends_half_as_far_from_its_line_as_with_its_control_points_ke
 def test_angles_at_crossings_are_those_of_the_zones():
     strip = BiasStrip(60.0, 30.0)
     yarns, start, moved = frames(strip, 0.5)
-    crossings = yarns.crossings()
+    crossings = yarns.crossings(small())
     zone = zones(crossings.places(start), strip)
     assert len(zone) > 200 and np.abs(crossings.angles(start)).max() < 1e-12
     # pitches that lie across the line between two zones have a part of both
@@ -230,7 +230,7 @@ def test_angles_at_crossings_are_those_of_the_zones():
 def test_yarns_that_slide_are_seen():
     strip = BiasStrip(60.0, 30.0)
     yarns, start, moved = frames(strip, 0.0, slide=0.3)
-    crossings = yarns.crossings()
+    crossings = yarns.crossings(small())
     assert crossings.slip(start, moved) == pytest.approx(0.3) and np.abs(crossings.angles(moved)).max() < 1e-12
 
 

@@ -1,13 +1,16 @@
 """Friction test: its floating plate loses nothing, and its normal force follows the width and the fabric's own test."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.config.templates import new_fabric_text
 from knittest.kernels.tool_contact import FREE
+from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.friction.rig import FrictionTest
 from knittest.laboratory.friction.test import Friction
 from knittest.models.boundary import Boundary
@@ -65,3 +68,24 @@ def test_a_quarter_of_the_axial_stiffness_takes_half_as_many_steps() -> None:
         for more in ((), ("rig.membrane_share=1",))
     )
     assert usual.model.critical_step / whole.model.critical_step == pytest.approx(2.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("pull", "passes"), [(1.0, False), (89.0, True)])
+def test_a_strip_that_stretches_between_the_plates_is_no_friction_test(
+    pull: float, passes: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two faces with 0.075 under 600 N: 90 N."""
+    found = {
+        "pull_force_kinetic_n": pull, "normal_force_error_pct": 0.1, "penetration_over_deformation_pct": 1.0
+    }  # fmt: skip
+    monkeypatch.setattr(FabricTest, "assess", lambda *_: Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, ()))
+    monkeypatch.setattr(Friction, "results", lambda *_: found)
+    run: Any = resolve(test="friction", variant="1", scale="meso", preset="quick")
+    nothing: Any = None
+    quality = Friction().assess(run, nothing, nothing, nothing)
+    assert (not quality.failures) == passes
+    if not passes:
+        (text,) = quality.failures
+        assert text.startswith(
+            "the strip stretches instead of sliding: its pull force is 1 N, that of Coulomb's law 90 N"
+        )

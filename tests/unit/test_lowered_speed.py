@@ -1,6 +1,8 @@
 """Shares of energies that exceed their limits, and the speed at which a test restarts."""
 
+from contextlib import nullcontext
 from math import sqrt
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,6 +11,8 @@ import pytest
 from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.config.run import Run
+from knittest.laboratory.biaxial.test import Biaxial
+from knittest.laboratory.quality_checks import kinetic_ratios
 from knittest.laboratory.restart import (
     CONTACTS,
     DAMPING,
@@ -105,3 +109,23 @@ def test_the_speed_of_results() -> None:
     assert with_result_speed(run, {}).solver.speed == run.solver.speed
     assert has_configured_speed(run, {SPEED: run.solver.speed}) and has_configured_speed(run, {})
     assert not has_configured_speed(run, {SPEED: np.nextafter(run.solver.speed, 0.0)})
+
+
+@pytest.mark.parametrize(("variant", "share"), [("1", 2.0), ("weft-only", 0.1)])
+def test_loops_that_carry_the_force_are_checked_by_the_work_done_on_them(variant: str, share: float) -> None:
+    """Loops release energy, so that hardly any is spent while the work is 0.02 mJ."""
+    run = resolve(variant=variant, scale="meso", preset="quick", test="picture-frame")
+    energies = {"kinetic_mj": [0.001, 0.002], "external_mj": [-0.02, 0.01], "kinetic_ratio": [1.0, 2.0]}
+    found = kinetic_ratios(run, {name: np.array(values) for name, values in energies.items()})
+    assert found[-1] == pytest.approx(share)
+
+
+@pytest.mark.parametrize(("strain", "failed", "stops"), [(1.2, 0.0, True), (1.2, 1.0, False), (0.8, 0.0, False)])
+def test_a_biaxial_test_is_checked_up_to_its_first_failure(strain: float, failed: float, stops: bool) -> None:
+    """From a quarter of the strain on, 1 % of 4 %; yarns that break ring."""
+    run: Any = resolve(variant="1", scale="meso", preset="quick", test="biaxial", direction="warp")
+    prepared: Any = SimpleNamespace(restarts=ALL)
+    check, state = Biaxial().make_row_check(run, prepared), State(10.0, 0.2, 0.0)
+    state.rows = [{"strain_pct": strain, "failed_warp": failed}]
+    with pytest.raises(TooFastError) if stops else nullcontext():
+        check(state)  # type: ignore[arg-type]

@@ -127,7 +127,7 @@ def test_the_free_end_is_followed_through_the_frames():
 @pytest.mark.parametrize(
     ("sets", "said"),
     [
-        (("rig.width=12",), r"rig.width = 12 mm has 3 weft yarns; expected at least 5.*rig.width=18"),
+        (("rig.width=12",), r"rig.width = 12 mm has 3 courses, expected at least 5.*rig.width=18"),
         (("rig.length=10",), r"rig.travel = 8 mm: expected at most 6.43 mm.*rig.length = 10 mm"),
         (("model.meso.contact=false",), "model.meso.contact = false"),
     ],

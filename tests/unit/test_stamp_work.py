@@ -24,8 +24,8 @@ from knittest.models.sections import linear_laminate
 from knittest.solve import simulation
 from knittest.solve.state import ModelStepper
 
-PARTS = {"beams": ("warp", "weft", "knit"), "shells": ("fabric",)}
-KNOWN = {"beams": yarn_model.MECHANISMS, "shells": fabric_model.MECHANISMS}
+PARTS = {"beams": ("warp", "weft", "knit"), "layers": ("weft1", "warp", "weft2", "knit"), "shells": ("fabric",)}
+KNOWN = {"beams": yarn_model.MECHANISMS, "layers": yarn_model.MECHANISMS, "shells": fabric_model.MECHANISMS}
 
 
 def ledger(kind: str) -> tuple[History, np.ndarray]:
@@ -59,7 +59,7 @@ def ledger(kind: str) -> tuple[History, np.ndarray]:
     return History(mesh, curve, energies), energies["external_mj"]
 
 
-@pytest.mark.parametrize("kind", ["beams", "shells"])
+@pytest.mark.parametrize("kind", list(PARTS))
 def test_mechanisms_are_the_whole_work_each_energy_counted_once(kind):
     history, work = ledger(kind)
     assert history.energies["balance_error_mj"] == pytest.approx(0.05 * np.arange(4.0))
@@ -70,7 +70,7 @@ def test_mechanisms_are_the_whole_work_each_energy_counted_once(kind):
     named = [name for name in MECHANISMS if f"{name}_mj" in table]
     assert sum(table[f"{name}_mj"] for name in named) == pytest.approx(work)
     assert set(named) == set(MECHANISMS) - (
-        {"shear", "in_plane_bending"} if kind == "beams" else {n for n in MECHANISMS if "loop" in n} | {"torsion"}
+        {"shear", "in_plane_bending"} if kind != "shells" else {n for n in MECHANISMS if "loop" in n} | {"torsion"}
     )
     assert table["tool_contact_mj"] == pytest.approx(1.3 * np.arange(4.0))
     assert table["tool_friction_mj"] == pytest.approx(history.energies["friction_tools_mj"])

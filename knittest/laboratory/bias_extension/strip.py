@@ -10,11 +10,11 @@ from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame
 from knittest.config.fabric import Fabric
 from knittest.config.run import Run
-from knittest.config.structure import KNIT
+from knittest.config.structure import DIRECTIONS, KNIT, repeat_of
 from knittest.fabric.strip import CutPath, cells_for_bias_strip, cut_on_the_bias
 from knittest.laboratory.base import shear_curve
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
-from knittest.laboratory.strips import YarnStrip, centre_paths, cut_piece
+from knittest.laboratory.strips import YarnStrip, centre_paths, cut_piece, full_layer, has_all_crossings
 from knittest.materials.shear import shear_table
 from knittest.materials.trellis import crosshead, frame_angle
 from knittest.materials.yarn_section import systems_of
@@ -188,7 +188,10 @@ JAW_CELLS, SHORTEST = 1.0, 4
 
 @dataclass(frozen=True)
 class Crossings:
-    """Nodes at the start of the pitch of warp and of weft about each crossing, at it, and at the end, (n, 3) each."""
+    """Nodes at the start of the pitch of warp and of weft about each crossing, at it, and at the end, (n, 3) each.
+
+    Of repeats of loops the place is the middle between both ends.
+    """
 
     warp: Index
     weft: Index
@@ -223,9 +226,12 @@ class BiasYarns:
     n_wales: int
     n_courses: int
 
-    def crossings(self) -> Crossings:
-        """Crossings of whole pitches of warp and weft in the strip."""
-        pitches = {"warp": self.n_courses, "weft": self.n_wales}
+    def crossings(self, run: Run) -> Crossings:
+        """Crossings of whole pitches of warp and weft in the strip; repeats of loops where inlays do not all cross."""
+        if not has_all_crossings(run.fabric):
+            return self._stitches(run)
+        warp, weft = (full_layer(run.fabric, direction) for direction in DIRECTIONS)
+        pitches = {warp: self.n_courses, weft: self.n_wales}
         found: dict[str, dict[tuple[int, int], tuple[int, int, int]]] = {system: {} for system in pitches}
         start = 0
         for path in self.paths:
@@ -235,18 +241,42 @@ class BiasYarns:
                 own = range(path.first, path.first + len(path.points))
                 for k in range(number):
                     if k * step in own and (k + 1) * step in own:
-                        place = (path.index, k) if path.system == "warp" else (k, path.index)
+                        place = (path.index, k) if path.system == warp else (k, path.index)
                         here = start + k * step - path.first
                         found[path.system][place] = (here, here + step // 2, here + step)  # an even number of beams
             start += len(path.points)
-        both = sorted(found["warp"].keys() & found["weft"].keys())
-        warp, weft = (np.array([found[s][place] for place in both], np.int64).reshape(-1, 3) for s in pitches)
-        return Crossings(warp, weft)
+        both = sorted(found[warp].keys() & found[weft].keys())
+        return Crossings(*(np.array([found[s][place] for place in both], np.int64).reshape(-1, 3) for s in pitches))
+
+    def _stitches(self, run: Run) -> Crossings:
+        """Repeats of loops: from a needle arc to those a repeat further along the wale and along the course."""
+        arcs: dict[tuple[int, int], int] = {}
+        start, step = 0, run.model.meso.elements_per_loop
+        for path in self.paths:
+            if path.system == KNIT:
+                number = np.arange(path.first, path.first + len(path.points))
+                arcs |= {(path.index, k // step): start + k - path.first for k in number[number % step == 0].tolist()}
+            start += len(path.points)
+        wales, courses = repeat_of(run.fabric.grid, run.fabric.inlays)
+        ends = [
+            (node, arcs[c + courses, w], arcs[c, w + wales])
+            for (c, w), node in sorted(arcs.items())
+            if (c + courses, w) in arcs and (c, w + wales) in arcs
+        ]
+        nodes = np.array(ends, np.int64).reshape(-1, 3)
+        return Crossings(nodes[:, [0, 1, 1]], nodes[:, [0, 2, 2]])
 
 
 def jaw_length(fabric: Fabric) -> float:
     """Length of strip inside each jaw [mm]."""
     return JAW_CELLS * sqrt(2.0) * max(fabric.wale_spacing, fabric.course_spacing)
+
+
+def piece_counts(run: BiasExtensionRun) -> tuple[int, int]:
+    """Wales and courses of the piece that the strip with its ends in the jaws is cut out of."""
+    strip, fabric = strip_of(run), run.fabric
+    length = strip.length + 2.0 * jaw_length(fabric)
+    return cells_for_bias_strip(length, strip.width, (fabric.wale_spacing, fabric.course_spacing))
 
 
 def cut_bias_yarns(
@@ -256,7 +286,7 @@ def cut_bias_yarns(
     fabric, end = run.fabric, 0.5 * strip.length
     length = strip.length + 2.0 * jaw_length(fabric)
     pitches = fabric.wale_spacing, fabric.course_spacing
-    n_wales, n_courses = cells_for_bias_strip(length, strip.width, pitches)
+    n_wales, n_courses = piece_counts(run)
     piece = cut_piece(run, n_wales, n_courses, specimen, observer)
     paths = centre_paths(piece.paths, np.array([n_wales * pitches[0], n_courses * pitches[1]]))
     # one loop may stay: the rows beside it hold it

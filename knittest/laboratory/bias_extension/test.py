@@ -10,13 +10,20 @@ from numpy.typing import NDArray
 from knittest.base.history import Array, History
 from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
-from knittest.laboratory.bias_extension.strip import BiasStrip, bias_mesh, cut_bias_yarns, jaw_length, strip_of
+from knittest.laboratory.bias_extension.strip import (
+    BiasStrip,
+    bias_mesh,
+    cut_bias_yarns,
+    jaw_length,
+    piece_counts,
+    strip_of,
+)
 from knittest.laboratory.bias_extension.zones import material_points, zone_table
 from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.quality_checks import Span
 from knittest.laboratory.restart import make_row_check
 from knittest.laboratory.shear_law_end import check_law_range
-from knittest.laboratory.strips import clamp_forces, random_offsets
+from knittest.laboratory.strips import check_shows_shear, clamp_forces, random_offsets
 from knittest.materials.trellis import ANGLE, NORMALISED
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.meso import build_meso
@@ -98,6 +105,10 @@ class BiasExtension(FabricTest[BiasExtensionRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
     lowers_speed = True
+
+    def check_run(self, run: BiasExtensionRun) -> None:
+        """Raise :class:`InputError` for a strip that shows no shear angle."""
+        check_shows_shear(run, *piece_counts(run), "rig.width")
 
     def mount_shells(self, run: BiasExtensionRun, specimen: int) -> PreparedSpecimen:
         """Make the strip of shells along y."""

@@ -14,7 +14,7 @@ from knittest.export.field_pictures import draw_shear_field
 from knittest.laboratory.bias_extension.config import BiasExtensionRun
 from knittest.laboratory.bias_extension.strip import BiasStrip, cut_bias_yarns, strip_of
 from knittest.laboratory.shear_law_end import shell_areas
-from knittest.laboratory.strips import angle_scatter, shell_angles
+from knittest.laboratory.strips import angle_scatter, has_all_crossings, shell_angles
 from knittest.materials.trellis import ANGLE
 
 
@@ -23,7 +23,7 @@ class MaterialPoints:
     """Points or shells of the strip: ``places`` (n, 2) [mm] at the start and ``weights`` (n,).
 
     Of a frame: shear ``angles`` [rad], (n,), positive where the pull shears; polygons (n, 4, 2) or points (n, 2) [mm]
-    that are ``drawn``; ``slip`` [mm] of yarns, (n,).
+    that are ``drawn``; ``slip`` [mm] of crossing inlays, (n,).
     """
 
     places: Array
@@ -40,9 +40,10 @@ def material_points(run: BiasExtensionRun, history: History) -> MaterialPoints:
         corners = start.position[cells]
         drawn = lambda frame: frame.position[cells][:, :, :2]  # noqa: E731
         return MaterialPoints(corners.mean(axis=1)[:, :2], shell_areas(corners), shell_angles, drawn)
-    found = cut_bias_yarns(run, strip_of(run)).crossings()
+    found = cut_bias_yarns(run, strip_of(run)).crossings(run)
     places = found.places(start)
-    return MaterialPoints(places, np.ones(len(places)), found.angles, found.places, partial(found.slip, start))
+    slip = partial(found.slip, start) if has_all_crossings(run.fabric) else None
+    return MaterialPoints(places, np.ones(len(places)), found.angles, found.places, slip)
 
 
 #: zones by the number of yarns of a crossing that a clamp holds

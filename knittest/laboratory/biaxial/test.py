@@ -1,5 +1,7 @@
 """Biaxial test: a square of fabric is pulled along warp and weft at once, at a constant ratio of the strains."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,12 +11,13 @@ from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.quality_checks import Span
+from knittest.laboratory.restart import make_row_check
 from knittest.laboratory.strips import AXIS, centre_paths, cut_piece, needle_nodes, random_offsets
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import rectangle, strengths
 from knittest.models.meso import build_meso
 from knittest.models.tool import ramp
-from knittest.solve.state import Observer
+from knittest.solve.state import Observer, Simulation
 
 # Sides that move apart both ways at a constant ratio of the strains. The needles slide along the sides, so every held
 # point moves as in evenly strained fabric: x (1 + e_x), y (1 + e_y). Their work along one axis is the force per width
@@ -70,6 +73,8 @@ def cross_direction(direction: Direction) -> Direction:
 
 #: facts of the square: its sides along x and y
 SIDES = ("weft_side_mm", "warp_side_mm")
+#: share of the strain from which on a run restarts at a lower speed
+CHECKED_FROM = 0.25
 #: share of the yarns' length at each end without their weakest place: needles hold them there
 AT_NEEDLES = 0.1
 
@@ -77,6 +82,7 @@ AT_NEEDLES = 0.1
 class Biaxial(FabricTest[BiaxialRun]):
     """See :class:`knittest.laboratory.base.Test`."""
 
+    lowers_speed = True
     ends_at_failure = True
 
     def mount_shells(self, run: BiaxialRun, specimen: int) -> PreparedSpecimen:
@@ -99,9 +105,23 @@ class Biaxial(FabricTest[BiaxialRun]):
         piece = cut_piece(run, n_wales, n_courses, specimen, observer, (run.rig.direction, AT_NEEDLES))
         size = np.array([n_wales, n_courses]) * pitches
         model = build_meso(run, centre_paths(piece.paths, size), piece.draws)
-        held = needle_nodes(np.abs(model.position()[:, 1]) - 0.5 * float(size[1]), model.group.chain)
+        held = needle_nodes(
+            np.abs(model.position()[:, 1]) - 0.5 * float(size[1]), model.group.chain, run.fabric.course_spacing
+        )
         rig = BiaxialTest(run, held, AXIS[run.rig.direction], size)
         return PreparedSpecimen(model, rig, yarns=piece.table, facts=_facts(size))
+
+    def make_row_check(self, run: BiaxialRun, prepared: PreparedSpecimen) -> Callable[[Simulation], None]:
+        """Check the energy ratios up to the first failure, not at the smallest strains."""
+        check = make_row_check(
+            run, prepared.restarts, "strain_pct", CHECKED_FROM * run.rig.max_strain / max(1.0, run.rig.ratio)
+        )
+
+        def check_unbroken(state: Simulation) -> None:
+            if not any(value for name, value in state.rows[-1].items() if name.startswith("failed_")):
+                check(state)
+
+        return check_unbroken
 
     def results(self, run: BiaxialRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Largest force per width [N/mm] of both systems, each with its strain [%]; of shells before they break."""

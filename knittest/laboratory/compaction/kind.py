@@ -25,8 +25,11 @@ KIND = TestKind(
         "largest_pressure_kpa": ("largest pressure [kPa]", "{:.4g}"),
         "plate_difference_pct": ("largest difference of the plates' forces [%]", "{:.2f}"),
         "plate_sunk_pct": ("penetration of the plates over their travel [%]", "{:.2f}"),
+        "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
     },
-    diagnostic=("law_scatter_pct", "largest_pressure_kpa", "plate_difference_pct", "plate_sunk_pct"),
+    diagnostic=(
+        "law_scatter_pct", "largest_pressure_kpa", "plate_difference_pct", "plate_sunk_pct", "run_speed_m_per_s",
+    ),
     published=tuple(f"thickness_mm_at_kpa.{p}" for p in (1, 10, 100, 1000)),
     pictures=("curve.png", "energies.png", "deformed.png"),
     scales=("meso",),

@@ -48,7 +48,7 @@ class FormingReport(SizeFreeReport[FormingRun], FabricReport[FormingRun]):
     def tables(self, run: FormingRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """draw-in.csv, yarn-forces.csv, shear-field.csv, height-field.csv and stamp-work.csv of the first specimen."""
         history, surface = specimens[0].history, _surface(run, specimens[0])
-        angle, place = shear_field(history.mesh, history.frames[-1])
+        angle, place = shear_field(run, history.mesh, history.frames[-1])
         return {
             "draw-in.csv": draw_in(history.mesh, history.frames[0], history.frames[-1]).table(),
             "yarn-forces.csv": yarn_forces(run, history.mesh, history.frames),
@@ -75,7 +75,7 @@ class FormingReport(SizeFreeReport[FormingRun], FabricReport[FormingRun]):
             folder / "deformed.png", history.mesh, last, value, title=f"{title}, formed {last.coordinate:.0f} mm",
             label=label, top=float(np.percentile(value, SHOWN)),
         )  # fmt: skip
-        angle, place = shear_field(history.mesh, last)
+        angle, place = shear_field(run, history.mesh, last)
         cells = last.position[history.mesh.cells][:, :, :2] if history.mesh.kind == "shells" else None
         plan_picture(
             folder / "shear-angle.png", Field(place, angle, cells), outlines, title=title, signed=True,
@@ -97,8 +97,8 @@ class FormingReport(SizeFreeReport[FormingRun], FabricReport[FormingRun]):
         outline_picture(
             folder / "draw-in.png", [edge.now[edge.side == k] for k in dict.fromkeys(edge.side.tolist())], outlines,
             title=title,
-            note=f"largest {edge.drawn.max():.1f} mm; middle of the sides: {results['draw_in_warp_mm']:.1f} mm where "
-            f"warps end, {results['draw_in_weft_mm']:.1f} mm where wefts do",
+            note=f"largest {edge.drawn.max():.1f} mm; middle of the sides: {results['draw_in_warp_mm']:.1f} mm "
+            f"along the warp, {results['draw_in_weft_mm']:.1f} mm along the weft",
         )  # fmt: skip
         _draw_ranking(run, yarn_forces(run, history.mesh, history.frames), title, folder / "yarn-forces.png")
         _draw_work(stamp_work(history), title, folder / "stamp-work.png")

@@ -9,7 +9,9 @@ from numpy.typing import NDArray
 from knittest.base.history import Array, Frame, History, Mesh
 from knittest.config.fabric import Direction
 from knittest.config.run import Run
+from knittest.config.structure import KNIT, direction_of
 from knittest.laboratory.base import tension_curve
+from knittest.laboratory.strips import surface_nodes, yarn_nodes
 from knittest.materials.yarn_section import sections, systems_of
 from knittest.tooling.toolset import ToolSet
 
@@ -43,9 +45,7 @@ class MidSurface:
 
 def measure_mid_surface(history: History, frame: Frame, tools: ToolSet, thickness: float, travel: float) -> MidSurface:
     """Mid-surface in ``frame``, the stamp ``travel`` [mm] down from its start on the blank of ``thickness`` [mm]."""
-    mesh = history.mesh  # the mid-surface is that of the sheet, or of the reinforcing yarns
-    inlays = np.isin(mesh.part, [k for k, name in enumerate(mesh.part_names) if name != "knit"])
-    nodes = np.unique(mesh.cells[inlays if inlays.any() else slice(None)])
+    nodes = surface_nodes(history.mesh)
     start, now = history.frames[0].position[nodes], frame.position[nodes]
     half, offset, up = 0.5 * thickness, start[:, 2], np.array([0.0, 0.0, STEP])
     steep = np.cos(np.deg2rad(FOLLOW_ANGLE))
@@ -97,7 +97,8 @@ def rim_waves(start: Array, rise: Array, least: float) -> RimWaves:
 
 Table = dict[str, Array]
 
-#: mechanisms by name: their label, the columns of the energies that they sum up, and those that are subtracted
+#: mechanisms by name: their label, the columns of the energies that they sum up, of warp those of all layers, and those
+#: that are subtracted
 MECHANISMS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "stretching": ("stretching of inlays", ("stretching_warp_mj", "stretching_weft_mj", "stretching_fabric_mj"), ()),
     "bending": ("bending of inlays", ("bending_warp_mj", "bending_weft_mj", "bending_fabric_mj"), ()),
@@ -134,18 +135,23 @@ def stamp_work(history: History) -> Table:
         "holder_and_weight_mj": energies["external_mj"] - work,
     }
     for name, (_, plus, less) in MECHANISMS.items():
-        columns = [energies[column] for column in plus if column in energies]
+        columns = [values for column, values in energies.items() if _without_layer(column) in plus]
         if columns:
             taken = sum((energies[column] for column in less), np.zeros_like(work))
             found[f"{name}_mj"] = np.sum(columns, axis=0) - taken
     return found
 
 
+def _without_layer(column: str) -> str:
+    """Name of a ``column`` of the energies without the number of its layer: bending_warp_mj of bending_warp2_mj."""
+    return f"{direction_of(column.removesuffix('_mj'))}_mj" if column.endswith("_mj") else column
+
+
 #: distance [mm] from an edge within which a node of a sheet belongs to it
 EDGE = 1e-6
 #: share of a side about its middle over which the draw-in of the side is a mean
 MIDDLE = 0.1
-#: sides by the yarns that end there, with the axis across them and the direction outwards
+#: sides by the direction of the yarns that end there, with the axis across them and the direction outwards
 SIDES = {"weft_low": (0, -1.0), "warp_low": (1, -1.0), "weft_high": (0, 1.0), "warp_high": (1, 1.0)}
 
 
@@ -191,14 +197,19 @@ def draw_in(mesh: Mesh, first: Frame, last: Frame) -> DrawIn:
 
 
 def _edge(mesh: Mesh, position: Array, side: str) -> Index:
-    """Nodes of a side: the outermost of a sheet; the ends of the yarns that are cut there."""
+    """Nodes of a side: the outermost of a sheet; the ends of the yarns that are cut there, or else its row of loops."""
     axis, sign = SIDES[side]
     if mesh.kind == "shells":
         out = sign * position[:, axis]
         return np.flatnonzero(out > out.max() - EDGE)
-    system = mesh.part == mesh.part_names.index(side.split("_")[0])
-    cells = [mesh.cells[mesh.yarn == yarn] for yarn in np.unique(mesh.yarn[system])]
-    ends = np.array([(yarn[0, 0], yarn[-1, 1]) for yarn in cells])
+    direction = side.split("_")[0]
+    system = next((name for name in mesh.part_names if direction_of(name) == direction), KNIT)
+    nodes = yarn_nodes(mesh, system)
+    if system == KNIT and direction == "warp":  # the arcs of the first or last course
+        row = nodes[np.argmax(sign * position[nodes, axis].mean(axis=1))]
+        out = sign * position[row, axis]
+        return row[1:-1][(out[1:-1] >= out[:-2]) & (out[1:-1] > out[2:])]
+    ends = nodes[:, [0, -1]]
     return np.asarray(np.take_along_axis(ends, np.argmax(sign * position[ends, axis], axis=1)[:, None], axis=1)[:, 0])
 
 

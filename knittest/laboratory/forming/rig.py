@@ -5,16 +5,18 @@ rests for as long as its start takes.
 """
 
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 
 from knittest.base.history import Array, Frame, Mesh
 from knittest.base.units import round_down
+from knittest.config.structure import DIRECTIONS
 from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
 from knittest.laboratory.quality_checks import TRY_TEXT, SuggestedSetting, advise_finer_shells
-from knittest.laboratory.strips import pitch_vectors
+from knittest.laboratory.strips import pitch_vectors, stitch_counts
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import Table, Tool, plane, ramp
 from knittest.tooling.toolset import ToolSet
@@ -105,7 +107,7 @@ def no_bending_note(run: FormingRun) -> tuple[str, ...]:
 
 def in_plane_bending_remedy(run: FormingRun) -> str:
     """Settings that give the inlays an in-plane bending stiffness: the switch, or numbers that cannot be derived."""
-    if any(not run.fabric.inlays_along(direction) for direction in ("warp", "weft")):
+    if not run.fabric.has_inlays_both_ways:
         return (
             "the fabric has no inlays in one direction to derive it from: give fabric.macro.in_plane_bending.warp and "
             ".weft [N mm], EI "
@@ -114,14 +116,21 @@ def in_plane_bending_remedy(run: FormingRun) -> str:
     return "use --set rig.in_plane_bending=true"
 
 
-def count_swapped_crossings(mesh: Mesh, *frames: Frame) -> int:
-    """Count the crossings whose warp has changed its side of the weft between two ``frames``."""
-    heights = []
-    for frame in frames:
-        (warp, at_warp), (weft, at_weft) = (pitch_vectors(mesh, frame, system) for system in ("warp", "weft"))
-        normal = np.cross(weft.transpose(1, 0, 2), warp)
-        heights.append(np.sum((at_warp - at_weft.transpose(1, 0, 2)) * normal, axis=2))
-    return int(np.count_nonzero(heights[0] * heights[1] < 0.0))
+def count_swapped_crossings(run: FormingRun, mesh: Mesh, *frames: Frame) -> int:
+    """Count the crossings whose warp has changed its side of the weft between two ``frames``, in all layers."""
+    wales, courses = stitch_counts(run, mesh)
+    along, across = (run.fabric.inlays_along(direction) for direction in DIRECTIONS)
+    count = 0
+    for one, other in product(along, across):
+        with_warp = [w for w in range(wales) if one.has_inlay(w)]
+        with_weft = [c for c in range(courses) if other.has_inlay(c)]
+        heights = []
+        for frame in frames:
+            warp, at_warp = (v[:, with_weft] for v in pitch_vectors(mesh, frame, one.name, courses))
+            weft, at_weft = (v[:, with_warp].transpose(1, 0, 2) for v in pitch_vectors(mesh, frame, other.name, wales))
+            heights.append(np.sum((at_warp - at_weft) * np.cross(weft, warp), axis=2))
+        count += int(np.count_nonzero(heights[0] * heights[1] < 0.0))
+    return count
 
 
 def advise_damping(run: FormingRun, share: float) -> SuggestedSetting | str:

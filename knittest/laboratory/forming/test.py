@@ -20,7 +20,7 @@ from knittest.laboratory.forming.results import (
 from knittest.laboratory.forming.rig import FormingTest, count_swapped_crossings, no_bending_note
 from knittest.laboratory.forming.tool_check import fitting_tools, tools_of
 from knittest.laboratory.quality_checks import assess
-from knittest.laboratory.strips import cut_piece, material_angles, node_weights, random_offsets
+from knittest.laboratory.strips import check_shows_shear, cut_piece, material_angles, node_weights, random_offsets
 from knittest.materials.laminate import limit_membrane
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_sheet, rectangle, self_contact
@@ -40,6 +40,11 @@ NEAR_CORNER, HIGH = 1.5, 95.0
 
 class Forming(FabricTest[FormingRun]):
     """See :class:`knittest.laboratory.base.Test`."""
+
+    def check_run(self, run: FormingRun) -> None:
+        """Raise :class:`InputError` for a blank that shows no shear angle."""
+        wales, courses = _whole_pitches(run)
+        check_shows_shear(run, wales, courses, "rig.blank_width" if wales < courses else "rig.blank_length")
 
     def prepare(self, run: FormingRun, specimen: int = 0, observer: Observer = SILENT) -> PreparedSpecimen:
         """Make the blank flat on the die, the stamp on it; raises :class:`InputError` for a holder too light."""
@@ -72,8 +77,7 @@ class Forming(FabricTest[FormingRun]):
     def mount_yarns(self, run: FormingRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the blank of whole pitches."""
         rig, fabric = run.rig, run.fabric
-        n_wales = max(round(rig.blank_width_mm / fabric.wale_spacing), 2)
-        n_courses = max(round(rig.blank_length_mm / fabric.course_spacing), 2)
+        n_wales, n_courses = _whole_pitches(run)
         piece = cut_piece(run, n_wales, n_courses, specimen, observer)
         size = n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing
         height = np.concatenate([p.points[:, 2] for p in piece.paths])
@@ -110,8 +114,8 @@ class Forming(FabricTest[FormingRun]):
             "yarns_at_risk": float(np.count_nonzero(forces["utilisation_pct"] > 100.0 * run.rig.risk_share)),
             "tool_penetration_max_um": float(history.contacts["tool_penetration_max_um"].max()),
         }
-        if mesh.kind == "beams":
-            found["crossings_out_of_order"] = float(count_swapped_crossings(mesh, first, last))
+        if mesh.kind == "beams" and run.fabric.has_inlays_both_ways:
+            found["crossings_out_of_order"] = float(count_swapped_crossings(run, mesh, first, last))
         return found
 
     def assess(self, run: FormingRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
@@ -138,6 +142,13 @@ def _place_between_tools(
     return PreparedSpecimen(model, test, facts=facts, notes=checked.fit.fit_warnings)
 
 
+def _whole_pitches(run: FormingRun) -> tuple[int, int]:
+    """Wales and courses of a blank of yarns."""
+    rig, fabric = run.rig, run.fabric
+    n_wales = max(round(rig.blank_width_mm / fabric.wale_spacing), 2)
+    return n_wales, max(round(rig.blank_length_mm / fabric.course_spacing), 2)
+
+
 def drag_ratio(run: FormingRun, prepared: PreparedSpecimen) -> float:
     """Drag of the damping on the blank at the stamp's full speed over the force that presses it down [-]."""
     assert isinstance(prepared.rig, FormingTest)
@@ -158,7 +169,7 @@ def allowed_depth(run: FormingRun) -> float:
     if run.model.scale == "macro":
         return 1e3 * LARGEST_DEPTH_SHARE * 0.5 * fabric.thickness_mm
     heights = [one.section_mm[1] for one in fabric.inlays]
-    return 1e3 * LARGEST_DEPTH_SHARE * 0.5 * min(*heights, fabric.knitting.beam_diameter_mm)
+    return 1e3 * LARGEST_DEPTH_SHARE * 0.5 * min([*heights, fabric.knitting.beam_diameter_mm])
 
 
 def mid_surface_at(run: FormingRun, facts: dict[str, float], history: History, frame: Frame) -> MidSurface:
@@ -167,15 +178,15 @@ def mid_surface_at(run: FormingRun, facts: dict[str, float], history: History, f
     return measure_mid_surface(history, frame, tools_of(run, thickness), thickness, frame.coordinate)
 
 
-def shear_field(mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
-    """Shear angle [deg] of each shell or crossing, (n,), positive where yarns close up; its place, (n, 2) [mm]."""
-    angle, place = material_angles(mesh, frame)
+def shear_field(run: FormingRun, mesh: Mesh, frame: Frame) -> tuple[Array, Array]:
+    """Shear angle [deg] of the material, (n,), positive where yarns close up; its place, (n, 2) [mm]."""
+    angle, place = material_angles(run, mesh, frame)
     return np.rad2deg(angle), place
 
 
 def _shear(run: FormingRun, mesh: Mesh, frame: Frame) -> dict[str, float]:
     """Largest shear angle, and its 95th percentile in all, at the inner corners of the stamp, and elsewhere."""
-    angle, place = shear_field(mesh, frame)
+    angle, place = shear_field(run, mesh, frame)
     angle = np.abs(angle)
     found = {"max_shear_angle_deg": float(angle.max()), "shear_angle_p95_deg": float(np.percentile(angle, HIGH))}
     if run.rig.stamp.kind == "stl":

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from knittest.base.history import Array, History, Mesh
+from knittest.config.structure import direction_of
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.friction.config import FrictionRig, FrictionRun
 from knittest.laboratory.strips import AXIS, creep_speed
@@ -138,10 +139,13 @@ def _cell_edges(at: Array, cell: float) -> Array:
 
 
 def force_shares(history: History) -> dict[str, float]:
-    """Share of the plates' force [%] that each part of the mesh carries."""
+    """Share of the plates' force [%] that the loops and the inlays of each direction carry."""
     mesh = history.mesh
     total = np.zeros(len(mesh.part_names))
     for force in history.tool_force:
         total += np.bincount(mesh.part, _element_forces(mesh, force), len(mesh.part_names))
     whole = max(float(total.sum()), 1e-12)
-    return {name: 100.0 * float(v) / whole for name, v in zip(mesh.part_names, total, strict=True)}
+    found: dict[str, float] = {}
+    for name, value in zip(mesh.part_names, total, strict=True):
+        found[direction_of(name)] = found.get(direction_of(name), 0.0) + 100.0 * float(value) / whole
+    return found

@@ -21,6 +21,8 @@ from knittest.solve.state import Observer, SimulationCost
 
 #: largest error of the normal force, and penetration over element deformation [%] (Pham et al. 2019, section 4.4)
 FORCE_TOLERANCE, PENETRATION_TOLERANCE = 1.0, 100.0
+#: least share of the friction of both faces by Coulomb's law with which a strip that slides is pulled
+SLIDING = 0.5
 #: shells along a strip, one of them in each clamp
 LEAST_SHELLS = 3
 
@@ -95,7 +97,7 @@ class Friction(FabricTest[FrictionRun]):
         }
 
     def assess(self, run: FrictionRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
-        """Evaluate the standard checks, the normal force, and the penetration of the plates."""
+        """Evaluate the standard checks, normal force and penetration of the plates, and whether the strip slides."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
         error, sunk = found["normal_force_error_pct"], found["penetration_over_deformation_pct"]
@@ -103,7 +105,14 @@ class Friction(FabricTest[FrictionRun]):
             quality, error, FORCE_TOLERANCE, f"normal force deviates by {error:.1f} % during the pull"
         )
         text = f"plate penetration is {sunk:.0f} % of the largest element deformation"
-        return check_limit(quality, sunk, PENETRATION_TOLERANCE, text)
+        quality = check_limit(quality, sunk, PENETRATION_TOLERANCE, text)
+        pull, coulomb = found["pull_force_kinetic_n"], 2.0 * run.rig.kinetic_coefficient * run.rig.normal_force_n
+        if coulomb == 0.0 or pull >= SLIDING * coulomb:
+            return quality
+        return quality.with_failed_check(
+            f"the strip stretches instead of sliding: its pull force is {pull:.3g} N, that of Coulomb's law "
+            f"{coulomb:.3g} N; lower rig.normal_force (now {run.rig.normal_force:g} N) or raise rig.travel"
+        )
 
     def span(self, history: History) -> Span:
         """Return the span of the pull, at the latest from the samples of the static force on."""

@@ -126,7 +126,7 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
 
     def tables(self, run: PictureFrameRun, specimens: list[Specimen]) -> dict[str, dict[str, Array]]:
         """shear-angle.csv of the first specimen."""
-        return {"shear-angle.csv": angle_table(material_scatter(specimens[0].history))}
+        return {"shear-angle.csv": angle_table(material_scatter(run, specimens[0].history))}
 
     def placed(self, run: PictureFrameRun, specimen: Specimen) -> list[Body]:
         """The four bars."""
@@ -143,14 +143,14 @@ class PictureFrameReport(FabricReport[PictureFrameRun]):
         sides = run.rig.outer_side, fabric_side(run)
         shape = FrameShape(max(sides), (1.0 - run.rig.mounting_slack_fraction) * sides[1], frame.coordinate)
         height_picture(folder / "wrinkles.png", found.x, found.y, found.height, title=title, note=note, shape=shape)
-        angle, places = material_angles(history.mesh, frame)
+        angle, places = material_angles(run, history.mesh, frame)
         if history.mesh.kind == "beams":
             path = folder / "deformed.png"
             faces_picture(path, history.mesh, frame, title=title, note=f"frame {at}", axes_labels=PULLED)
         else:
             places = frame.position[history.mesh.cells][:, :, :2]
         difference = np.rad2deg(angle) - frame.coordinate
-        table = angle_table(material_scatter(history))
+        table = angle_table(material_scatter(run, history))
         shear_picture(folder / "shear-angle.png", table, places, difference, title=title, shape=shape)
 
     def draw_curve(self, run: PictureFrameRun, specimens: list[Specimen], references: References, path: Path) -> None:

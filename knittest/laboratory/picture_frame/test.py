@@ -20,10 +20,12 @@ from knittest.laboratory.strips import (
     AngleScatter,
     angle_scatter,
     centre_paths,
+    check_shows_shear,
     cut_piece,
     material_angles,
     needle_nodes,
     random_offsets,
+    surface_nodes,
 )
 from knittest.materials.trellis import NORMALISED
 from knittest.models.meso import build_meso
@@ -49,13 +51,13 @@ class Wrinkles:
 
 
 def measure_wrinkles(frame: Frame, history: History, side: float) -> Wrinkles:
-    """Wrinkles of ``frame``; the reinforcing yarns are the mid-surface of a meso model."""
+    """Wrinkles of ``frame``; the mid-surface of a meso model is that of its inlays, or of its loops."""
     from scipy.signal import find_peaks
 
     mesh, first, points = history.mesh, history.frames[0].position, frame.position
     start, values = first, points[:, 2] - 0.0
     if mesh.kind == "beams":
-        nodes = np.unique(mesh.cells[np.isin(mesh.part, [mesh.part_names.index(name) for name in ("warp", "weft")])])
+        nodes = surface_nodes(mesh)
         start, points, values = first[nodes], points[nodes], points[nodes, 2] - first[nodes, 2]
     along_sides = np.column_stack([start[:, 0] + start[:, 1], start[:, 1] - start[:, 0]]) / np.sqrt(2.0)
     inside = np.abs(along_sides).max(axis=1) < (0.5 - MARGIN) * side
@@ -149,6 +151,10 @@ class PictureFrame(FabricTest[PictureFrameRun]):
 
     lowers_speed = True
 
+    def check_run(self, run: PictureFrameRun) -> None:
+        """Raise :class:`InputError` for a square that shows no shear angle."""
+        check_shows_shear(run, *_whole_pitches(run), "rig.side")
+
     def mount_shells(self, run: PictureFrameRun, specimen: int) -> PreparedSpecimen:
         """Make the square of shells, its diagonals along x and y."""
         check_law_range(run, run.rig.max_angle)
@@ -174,7 +180,7 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         model = build_meso(run, paths, piece.draws, run.rig.membrane_share)
         position = model.position()
         beyond = np.abs(position[:, 1] - position[:, 0]) * sqrt(0.5) - 0.5 * size[1]
-        held = needle_nodes(beyond, model.group.chain)
+        held = needle_nodes(beyond, model.group.chain, run.fabric.course_spacing)
         facts = _facts(run, size)
         return PreparedSpecimen(model, PictureFrameTest(run, held, facts["area_mm2"]), yarns=piece.table, facts=facts)
 
@@ -197,7 +203,7 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         if history.curve["frame_shear_angle_deg"].max() >= MAPPED_ANGLE:
             frame = frame_at(history, MAPPED_ANGLE)
             wrinkles = measure_wrinkles(frame, history, run.rig.side_mm)
-            angles = angle_scatter(material_angles(history.mesh, frame)[0])
+            angles = angle_scatter(material_angles(run, history.mesh, frame)[0])
             found |= {
                 "material_shear_angle_deg_at_40deg": angles.mean,
                 "material_shear_angle_sd_deg_at_40deg": angles.sd,
@@ -225,8 +231,9 @@ class PictureFrame(FabricTest[PictureFrameRun]):
 def _own_energies(rig: PictureFrameTest, energies: dict[str, Array], mass: Array, start: Array) -> dict[str, Array]:
     own = rig.carried(energies, mass, start)
     spent = energies["kinetic_mj"] / np.maximum(energies["kinetic_ratio"], 1e-30)
-    ratio = np.abs(energies["kinetic_mj"] - own) / np.maximum(spent, 1e-30)
-    return energies | {"external_mj": energies["external_mj"] - own, "kinetic_ratio": ratio}
+    kinetic = np.abs(energies["kinetic_mj"] - own)
+    ratio = kinetic / np.maximum(spent, 1e-30)
+    return energies | {"external_mj": energies["external_mj"] - own, "kinetic_mj": kinetic, "kinetic_ratio": ratio}
 
 
 def _facts(run: PictureFrameRun, fabric: Array) -> dict[str, float]:
@@ -262,9 +269,9 @@ def forces_at(history: History, most: float) -> dict[str, float]:
     }
 
 
-def material_scatter(history: History) -> list[tuple[float, AngleScatter]]:
+def material_scatter(run: PictureFrameRun, history: History) -> list[tuple[float, AngleScatter]]:
     """Angle of the frame [deg] and scatter of the material's angle, in each frame of the first loading."""
-    return [(f.coordinate, angle_scatter(material_angles(history.mesh, f)[0])) for f in first_loading(history)]
+    return [(f.coordinate, angle_scatter(material_angles(run, history.mesh, f)[0])) for f in first_loading(history)]
 
 
 def first_loading(history: History) -> list[Frame]:

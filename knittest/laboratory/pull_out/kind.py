@@ -25,8 +25,9 @@ KIND = TestKind(
         "crossings": ("crossings at the start", "{:.0f}"),
         "slid_mm": ("slide of the inlay [mm]", "{:.2f}"),
         "clamp_difference_pct": ("difference of the clamp forces [%]", "{:.2f}"),
+        "run_speed_m_per_s": ("test speed [m/s]", "{:.3g}"),
     },
-    diagnostic=("crossings", "slid_mm", "clamp_difference_pct"),
+    diagnostic=("crossings", "slid_mm", "clamp_difference_pct", "run_speed_m_per_s"),
     published=(
         "pull_out_at_rest_n", "pull_out_peak_n", "pull_out_sliding_n", "crossing_friction_at_rest_n",
         "crossing_friction_n",

@@ -82,7 +82,7 @@ def is_coupled(request: Request) -> bool:
 def _lacks_inlays(request: Request) -> bool:
     """Tell whether the fabric of ``request`` has no inlays in one direction."""
     fabric = resolve_meso_run(request, "cell", None, []).fabric
-    return any(not fabric.inlays_along(direction) for direction in ("warp", "weft"))
+    return not fabric.has_inlays_both_ways
 
 
 def planned_tests(request: Request) -> tuple[PlannedTest, ...]:
