@@ -17,13 +17,13 @@ from knittest.fabric.cell import CellSpec
 from knittest.fabric.strip import strip, yarn_count
 from knittest.materials.yarn_section import sections, systems_of
 
-#: line of fabric.stitches and of the first layer in rib-weft.yaml
-STITCHES, LAYER = 8, 10
+#: line of fabric.stitches and of the first layer in weft-only.yaml
+STITCHES, LAYER = 9, 11
 GLASS = "{fibre: E-glass, linear_density: %s}"
 
 
 def fabric_of(folder: Path, stitches: str = "[kp]", *layers: str) -> Fabric:
-    text = (configs_dir() / "fabrics" / "rib-weft.yaml").read_text(encoding="utf-8")
+    text = (configs_dir() / "fabrics" / "weft-only.yaml").read_text(encoding="utf-8")
     rows = "\n".join(f"  - {one}" for one in layers or ("{direction: weft}",))
     text = text.replace("stitches: [kp]", f"stitches: {stitches}").replace("  - {direction: weft}", rows)
     path = folder / "f.yaml"
@@ -67,7 +67,7 @@ def test_wrong_layers_are_refused_with_what_is_expected(tmp_path: Path, layer: s
 
 def test_a_repeat_too_large_is_refused(tmp_path: Path) -> None:
     layers = ("{direction: weft, pattern: xx.}", "{direction: weft, pattern: x....}")
-    with pytest.raises(InputError, match=r"f.yaml:9: fabric.layers = .*repeats after 2 wales and 15 courses, expected"):
+    with pytest.raises(InputError, match=r"f.yaml:10: fabric.layers = .*repeats after 2 wales and 15 courses, expected"):
         fabric_of(tmp_path, "[kp]", *layers)
     fabric = fabric_of(tmp_path, "[kp, kp]", "{direction: weft, pattern: x.}", "{direction: weft, pattern: '..x.xx'}")
     assert CellSpec.of(fabric).repeat == (2, 6)
@@ -138,7 +138,7 @@ def test_a_strip_has_the_inlays_of_its_wales_and_courses() -> None:
             along = path.points[:, cell.spec.axis(system)]
             assert len(path.points) == count + 1
             size = courses * cell.spec.course if system == "warp" else wales * cell.spec.wale
-            cut = 0.02 * cell.spec.wale if system == "knit" else 1e-3
+            cut = 0.03 * cell.spec.wale if system == "knit" else 1e-3
             assert (along[0], along[-1]) == (0.0, pytest.approx(size, abs=cut))
 
 
