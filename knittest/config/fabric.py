@@ -217,6 +217,8 @@ class Fabric(Strict):
             return data
         if (fabric.layers is None and fabric.reinforcing is None) or any(yarn.fibre is None for yarn in yarns):
             return data
+        if min(fabric.warp_density.value, fabric.weft_density.value, fabric.loop_length.value) <= 0.0:
+            return data
         return {**data, **{name: entry for name, entry in mass_and_thickness(fabric).items() if name in needed}}
 
     @model_validator(mode="before")
