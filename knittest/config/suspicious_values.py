@@ -200,7 +200,7 @@ def _thickness_notes(fabric: Fabric) -> Iterator[str]:
     if not low <= stated.value <= high:
         yield (
             f"fabric.thickness = {stated.value:g} mm ({stated.source}), expected {low:.3g} to {high:.3g} mm: "
-            f"inlays and two knitting yarns make {made:.3g} mm. Correct thickness or beam_diameter of the yarns"
+            f"the inlays and two knitting yarns make {made:.3g} mm. Correct thickness or beam_diameter of the yarns"
         )
 
 

@@ -47,7 +47,7 @@ def test_a_thickness_that_the_yarns_do_not_make_is_named(scale):
     """Two inlays of 0.75 mm and two loop yarns of 0.5 mm make 2.5 mm."""
     sets = ["fabric.thickness={value: 0.9, source: measured}"]
     assert find_suspicious_values(resolve(variant="1", scale=scale, sets=sets)) == [
-        "fabric.thickness = 0.9 mm (measured), expected 1.75 to 3.5 mm: two inlays and two knitting yarns make 2.5 mm. "
+        "fabric.thickness = 0.9 mm (measured), expected 1.75 to 3.5 mm: the inlays and two knitting yarns make 2.5 mm. "
         "Correct thickness or beam_diameter of the yarns"
     ]
     assert (

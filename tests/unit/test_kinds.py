@@ -48,6 +48,10 @@ NAMED = {
     ),
     "solve/body.py": "friction is a coefficient here",
     **dict.fromkeys(
+        ("config/fabric.py", "config/sources.py", "laboratory/reference_curves.py"),
+        "biaxial is also the macro law of two strains",
+    ),
+    **dict.fromkeys(
         ("studies/homogenise/card.py", "studies/homogenise/check.py", "studies/homogenise/plan.py",
          "studies/homogenise/derived_card.py"),
         "homogenising is pulling, shearing and bending, whatever other tests there are",
