@@ -145,7 +145,7 @@ def _add_slack_to_wave(inlays: Inlays, draws: YarnDraws) -> YarnDraws:
 
 
 #: share of a course by which arcs of edge loops may lie inside the sides: thick layers draw them in
-INSIDE = 0.05
+INSIDE = 0.2
 
 
 def needle_nodes(beyond: NDArray[np.float64], chain: NDArray[np.int64], course: float) -> NDArray[np.int64]:

@@ -67,7 +67,7 @@ def test_wrong_layers_are_refused_with_what_is_expected(tmp_path: Path, layer: s
 
 def test_a_repeat_too_large_is_refused(tmp_path: Path) -> None:
     layers = ("{direction: weft, pattern: xx.}", "{direction: weft, pattern: x....}")
-    with pytest.raises(InputError, match=r"f.yaml:10: fabric.layers = .*repeats after 2 wales and 15 courses, expected"):
+    with pytest.raises(InputError, match=r"f.yaml:10: fabric.layers = .*after 2 wales and 15 courses, expected"):
         fabric_of(tmp_path, "[kp]", *layers)
     fabric = fabric_of(tmp_path, "[kp, kp]", "{direction: weft, pattern: x.}", "{direction: weft, pattern: '..x.xx'}")
     assert CellSpec.of(fabric).repeat == (2, 6)
