@@ -64,7 +64,8 @@ def test_more_friction_between_yarns_means_more_shear_force():
 def test_crossings_turn_as_the_frame_does():
     """A frame of needles shears the mean crossing as itself."""
     found = sheared(0.5)
-    frame, scatter = material_scatter(found.history)[-1]
+    run = resolve(variant="1", scale="meso", preset="quick", test="picture-frame", sets=["rig.side=22"])
+    frame, scatter = material_scatter(run, found.history)[-1]
     assert frame == pytest.approx(20.0, abs=0.5)
     assert scatter.mean == pytest.approx(frame, abs=0.1)
     assert 0.0 < scatter.sd < 2.0
