@@ -74,8 +74,8 @@ knittest cell --variant NAME --preset quick --path warp --set rig.max_strain={IN
 ```
 
 Where no inlays lie along the load, the strain ends at {LOOPS["warp"]:g} % along the warp and {LOOPS["weft"]:g} % along
-the weft. The cell keeps its length across. Nobody has measured these fabrics, so the curves are predictions without a
-comparison. Thickness and area mass are those of the relaxed cell.
+the weft. The cell keeps its length across. No measurements of these fabrics exist, so the curves are predictions
+without a comparison. Thickness and area mass are those of the relaxed cell.
 """.strip()
 
 

@@ -133,8 +133,9 @@ def resolve(
     folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
     if _stated_value(WAVES, document, given) is None:
         run = run.with_fine_waves()
+    of_fabric = {("rig", key) for key in rig_default_paths(run.fabric.rigs.get(kind, {}), kind, run.direction)}
     for path, value in run.structure_defaults().items():
-        if _stated_value(path, document, given) is None:
+        if path not in of_fabric and _stated_value(path, document, given) is None:
             part = getattr(run, path[0]).model_copy(update={path[1]: value})
             run = run.model_copy(update={path[0]: part})
     return resolve_data_paths(run, layers, folders).with_derived_numbers()

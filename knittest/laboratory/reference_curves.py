@@ -166,7 +166,7 @@ def own_curves(run: Run, paths: Sequence[Path], given: Conditions = UNKNOWN) -> 
 
 
 def _simulated_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve | None:
-    """First loading in the curve.csv ``path`` of a run, whose config.yaml beside it states the conditions.
+    """First loading in the curve.csv ``path`` of a run, whose config.yaml in the same folder states the conditions.
 
     A file without a config.yaml counts as of the test of ``run``; None for a file that no run has written.
     """

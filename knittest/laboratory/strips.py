@@ -36,7 +36,10 @@ class YarnStrip:
 
 
 def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
-    """Whole yarns of ``direction`` in the width; a fraction is rounded down or up, alternately in an ensemble."""
+    """Whole wales (warp) or courses (weft) in the width of a strip along ``direction``.
+
+    A fraction is rounded down or up, alternately in an ensemble.
+    """
     assert isinstance(run.rig, StripRig)
     exact = run.rig.width_mm * run.fabric.density_per_mm.of(direction)
     if abs(exact - round(exact)) < 0.25:
@@ -45,11 +48,19 @@ def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
     return max(ceil(exact) if up else floor(exact), 1)
 
 
+def inlays_across(run: Run, direction: Direction, specimen: int = 0) -> int:
+    """Inlays of ``direction`` in the width of a meso strip, those of all layers."""
+    pitches = yarns_across(run, direction, specimen)
+    return sum(one.count(pitches) for one in run.fabric.inlays_along(direction))
+
+
 def carrying_width(run: Run, direction: Direction, specimen: int = 0) -> float:
-    """Width [mm] that carries the force of a strip: its own (macro), or that of its whole yarns (meso)."""
+    """Width [mm] that carries the force of a strip: its own (macro), or that of its inlays or else its loops (meso)."""
     assert isinstance(run.rig, StripRig)
     if run.model.scale == "macro":
         return run.rig.width_mm
+    if inlays := inlays_across(run, direction, specimen):
+        return inlays / run.fabric.inlay_density_per_mm(direction)
     return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
 
 

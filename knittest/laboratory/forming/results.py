@@ -216,11 +216,16 @@ def _edge(mesh: Mesh, position: Array, side: str) -> Index:
 DIRECTIONS: tuple[Direction, Direction] = ("warp", "weft")
 
 
+def yarn_density(run: Run, direction: str) -> float:
+    """Inlays of ``direction`` per length across them [1/mm]; wales or courses where no inlays are described."""
+    return run.fabric.inlay_density_per_mm(direction) or run.fabric.density_per_mm.of(direction)
+
+
 def strengths(run: Run) -> dict[str, float]:
     """Force [N] at which a mean yarn of warp, weft and knit breaks, by its law or the fabric's curve."""
     if run.model.scale == "macro":
         curves = {d: tension_curve(run.fabric, d) for d in DIRECTIONS}
-        return {d: float(c.mean.max()) / run.fabric.density_per_mm.of(d) for d, c in curves.items()}
+        return {d: float(c.mean.max()) / yarn_density(run, d) for d, c in curves.items()}
     yarns = [*(one.yarn for one in run.fabric.inlays), run.fabric.knitting]
     found = {}
     for name, yarn, card in zip(systems_of(run.fabric), yarns, sections(run.fabric), strict=True):
@@ -238,7 +243,7 @@ def yarn_forces(run: Run, mesh: Mesh, frames: Sequence[Frame]) -> Table:
         if mesh.kind == "beams":
             forces[system] = np.array([frame.fields["axial_force"] for frame in frames])
         else:
-            density = run.fabric.density_per_mm.of(system)
+            density = yarn_density(run, system)
             forces[system] = np.array([frame.fields[f"force_{system}"] / density for frame in frames])
     for system, number, cells in yarns:
         force = forces[system][:, cells]
@@ -265,7 +270,7 @@ def _shell_yarns(run: Run, mesh: Mesh, first: Frame) -> list[tuple[str, int, NDA
     for axis, system in ((0, "warp"), (1, "weft")):
         low, high = first.position[:, axis].min(), first.position[:, axis].max()
         columns = np.unique(np.round(centre[:, axis], 6))
-        count = max(round((high - low) * run.fabric.density_per_mm.of(system)), 1)
+        count = max(round((high - low) * yarn_density(run, system)), 1)
         places = low + (np.arange(count) + 0.5) * (high - low) / count
         nearest = columns[np.abs(columns - places[:, None]).argmin(axis=1)]
         found += [(system, k + 1, np.flatnonzero(np.abs(centre[:, axis] - x) < 1e-5)) for k, x in enumerate(nearest)]

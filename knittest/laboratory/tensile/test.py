@@ -15,6 +15,7 @@ from knittest.laboratory.strips import (
     carrying_width,
     clamp_forces,
     cut_piece,
+    inlays_across,
     pitch,
     wale_course_counts,
     yarns_across,
@@ -226,7 +227,10 @@ def pull_axis(run: TensileRun) -> int:
 
 def _facts(run: TensileRun, specimen: int, mount: TensileTest, length: float) -> dict[str, float]:
     width, (fixed, moving) = carrying_width(run, run.rig.direction, specimen), mount.faces
+    yarns = yarns_across(run, run.rig.direction, specimen)
+    if run.model.scale == "meso":
+        yarns = inlays_across(run, run.rig.direction, specimen) or yarns
     return {
-        "yarns_across": float(yarns_across(run, run.rig.direction, specimen)), "width_mm": width,
+        "yarns_across": float(yarns), "width_mm": width,
         "gauge_mm": mount.gauge, "area_mm2": length * width, "fixed_jaw_mm": fixed, "moving_jaw_mm": moving,
     }  # fmt: skip
