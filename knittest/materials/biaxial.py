@@ -12,14 +12,16 @@ from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.kernels.biaxial import sample_law, sample_table
 from knittest.materials.biaxial_table import BiaxialTable
-from knittest.materials.energy_fit import LEAST_FORCE, BiaxialLaw, fit_energy, place_of, splines
+from knittest.materials.energy_fit import LEAST_FORCE, BiaxialLaw, fit_energy, place_of, splines, tangent_size
 
-#: cells of the spline in each direction; more than intervals of the table show its noise
-FEWEST_CELLS, MOST_CELLS = 4, 16
 #: negative tangent over the positive one at the same place that is refused: less is the accuracy of a table
-UNSTABLE = 0.02
+UNSTABLE = 0.04
+#: force over the largest one that counts as none where a slack fabric contracts to the lowest strain of the table
+SLACK = 1e-3
 #: cells of the strain to which a pull contracts the other direction
 CONTRACTION_CELLS = 24
+#: strains across the other direction at which forces and tangents are looked up
+ACROSS = 160
 #: strain, over the square of the pull and the range, by which a direction slackens late: strips stay out of the kink
 LATE = 1e-3
 
@@ -53,8 +55,7 @@ def fit_law(table: BiaxialTable, compression_ratio: float, where: str) -> Biaxia
     positive definite in tension, and a table that does not reach the contraction of strips.
     """
     strain, force = table.samples
-    cells = [min(max(len(along) - 1, FEWEST_CELLS), MOST_CELLS) for along in (table.warp, table.weft)]
-    law, deviation = fit_energy(strain, force, cells, where, _places(table))
+    law, deviation = fit_energy(strain, force, where)
     end = strain.max(axis=0)
     rest = sample_table(np.zeros((1, 2)), law)[0, 2:]
     pulled = _check_tangents(table, law, rest, where)
@@ -84,9 +85,10 @@ def _check_tangents(table: BiaxialTable, law: BiaxialLaw, rest: Array, where: st
     """
     strain = _places(table)
     found = sample_table(strain, law)
-    pulled = (found[:, :2] >= 0.5 * LEAST_FORCE * float(np.nanmax(np.abs(table.force)))).all(axis=1)
+    pulled = (found[:, :2] > LEAST_FORCE * np.nanmax(np.abs(table.force), axis=(0, 1))).all(axis=1)
     strain, found = np.vstack([np.zeros((1, 2)), strain[pulled]]), np.vstack([rest, found[pulled, 2:]])
-    size = np.linalg.eigvalsh(found[:, [0, 1, 1, 2]].reshape(-1, 2, 2))
+    scale = tangent_size(*table.samples)
+    size = np.linalg.eigvalsh(found[:, [0, 1, 1, 2]].reshape(-1, 2, 2) * np.outer(scale, scale))
     unstable = size[:, 0] < -UNSTABLE * size[:, 1]
     unstable[0] |= size[0, 0] <= 0.0
     if unstable.any():
@@ -106,7 +108,7 @@ def _contraction(law: BiaxialLaw, direction: int, rest: Array, end: float, where
     """
     low, high = law.energy_range[1 - direction, :2]
     pull = np.linspace(0.0, law.energy_range[direction, 1], CONTRACTION_CELLS + 1)
-    across = np.linspace(low, high, 8 * MOST_CELLS + 1)
+    across = np.linspace(low, high, ACROSS + 1)
 
     def cross_force(of: Array, other: Array) -> Array:
         strain = np.column_stack([of, other] if direction == 0 else [other, of])
@@ -119,6 +121,8 @@ def _contraction(law: BiaxialLaw, direction: int, rest: Array, end: float, where
         if rising.size:
             at = int(rising[np.abs(across[rising] - last).argmin()])
             lower[k], upper[k], last = across[at], across[at + 1], across[at]
+        elif 0.0 <= row[0] <= SLACK * np.abs(force).max():
+            lower[k] = upper[k] = last = low
         elif pull[k] <= end * (1.0 + 1e-9):
             name, other = ("warp", "weft") if direction == 0 else ("weft", "warp")
             raise InputError(
@@ -144,7 +148,7 @@ def _contraction(law: BiaxialLaw, direction: int, rest: Array, end: float, where
 def _largest_tangents(law: BiaxialLaw, rest: Array, share: float) -> Array:
     """Stiffness of warp and weft that bounds all tangents, to the end of the spline, and all jumps of them, (2, 2)."""
     low, high = law.energy_range[:, 0], law.energy_range[:, 1]
-    axes = [np.linspace(low[i], high[i], 6 * MOST_CELLS) for i in range(2)]
+    axes = [np.linspace(low[i], high[i], ACROSS) for i in range(2)]
     strain = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
     step, columns = 1e-6, []
     for move in step * np.eye(2):

@@ -1,35 +1,41 @@
-"""Energy of two strains with the least deviation from given forces, convex in tension, as a spline.
+"""Energy of two strains with the least deviation from given forces, convex everywhere, as a spline.
 
 A knit locks along one combination of both strains, s = warp strain + ratio x weft strain, because its yarn hardly
-stretches, and is soft across it. So the energy is fitted as phi(s) + psi(warp strain, weft strain), which leaves psi
-smooth, and is then one tensor product of cubic B-splines with fine cells.
+stretches, and is soft across it. So the energy is a sum of convex functions of such combinations, with many ratios
+about that of locking. Their curvatures are found by non-negative least squares.
 """
 
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
+from scipy.optimize import nnls
 
 from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.base.units import to_kernel
 from knittest.kernels.biaxial import sample_table
 
-#: largest deviation of the forces of a table from those of an energy, over the largest force
-LARGEST_DEVIATION = 0.05
+#: largest deviation of the forces of a table from those of an energy, over the largest force of their direction, and
+#: share of the strain by which the energy may give them earlier or later: where loops lock the force rises tenfold
+#: within a few per cent of the strain, and paths with friction scatter
+LARGEST_DEVIATION, STRAIN_SHARE = 0.05, 0.03
 #: largest force at zero strain, over the largest force; it is taken off
 LARGEST_START = 0.01
-#: forces count by their size, and at least as this share of the largest one; those that push by more hardly count, as
-#: the law has its own compression, and buckled loops have several states
+#: forces count by their size, and at least as this share of the largest one of their direction; those that push by more
+#: hardly count, as the law has its own compression, and buckled loops have several states
 LEAST_FORCE = 0.02
-#: ratios of the strains among which the one along which the fabric locks is found, and cells of phi
-RATIOS, LOCKING_CELLS = np.geomspace(0.2, 5.0, 33), 20
-#: weights of third differences of psi and of phi, which decide where there are no samples
-SMOOTHNESS, LOCKING_SMOOTHNESS = 0.1, 1e-4
-#: softest tangent in tension over the stiffest one at the same place; a fit that is softer is repeated with this weight
-SOFTEST, ROUNDS, STIFF = 0.01, 12, 5.0
-#: cells beyond the highest strains of the samples, in which the tangent stays about as it is; cells of the final spline
-CELLS_BEYOND, CELLS = 2, 48
+#: ratios of the combinations of strains over that of the forces, where loops lock; over that of equal tangents; and
+#: some of the geometry of loops, between strong inlays as well
+LOCKING_RATIOS, TANGENT_RATIOS = np.geomspace(0.5, 2.0, 21), np.array([-2.0, -0.5, 0.25, 1.0, 4.0])
+LOOP_RATIOS = np.geomspace(0.1, 10.0, 7)
+#: intervals of the curvature along a combination, from its lowest to its highest value in the samples
+INTERVALS = 40
+#: weight of second differences between neighbouring curvatures
+SMOOTHNESS = 0.01
+#: tangent of each direction, over its largest force and range, that the energy has at least: slack loops have none
+LEAST_TANGENT = 2e-3
+#: cells beyond the highest strains of the samples, in which the tangent stays about as it is; cells of the spline
+BEYOND, CELLS = 0.1, 128
 
 
 class BiaxialLaw(NamedTuple):
@@ -42,84 +48,108 @@ class BiaxialLaw(NamedTuple):
     energy_tangents: Array
 
 
-class Basis(NamedTuple):
-    """Functions of the energy: ``ratio`` of s, ranges (2,) and cells of psi, range of s."""
+class Combination(NamedTuple):
+    """Combination ``along`` (2,) of both strains, with :data:`INTERVALS` of the length ``step`` from ``low`` on."""
 
-    ratio: float
-    low: Array
-    high: Array
-    cells: tuple[int, int]
+    along: Array
+    low: float
+    step: float
 
-    def locking(self, strain: Array) -> tuple[Array, Array, Array]:
-        """Splines of s at ``strain`` (n, 2), with first and second derivatives."""
-        along = np.array([1.0, self.ratio])
-        return splines(strain @ along, float(self.low @ along), float(self.high @ along), LOCKING_CELLS)
+    @classmethod
+    def over(cls, strain: Array, along: Array) -> "Combination":
+        """Combination over its range in the samples ``strain`` (n, 2)."""
+        s = strain @ along
+        step = (float(s.max()) - float(s.min())) / (INTERVALS - 1)
+        return cls(along, float(s.min()) - step, step)
+
+    def functions(self, strain: Array) -> tuple[Array, Array]:
+        """Functions whose curvature is a cubic B-spline about one knot, at ``strain`` (n, 2), and their slopes.
+
+        (n, INTERVALS + 2) each. The curvature of the last spline stays at 1 beyond the samples; that of the last
+        function is 1 everywhere.
+        """
+        s = (strain @ self.along)[:, None]
+        from_knots = s / self.step - self.low / self.step - np.arange(INTERVALS + 1)
+        value, slope = np.zeros(from_knots.shape), np.zeros(from_knots.shape)
+        for k, factors in enumerate(zip((1, -4, 6, -4, 1), (1, -3, 3, -1, 0), strict=True)):
+            factor = np.where(np.arange(INTERVALS + 1) < INTERVALS, *factors)
+            beyond = np.maximum(from_knots + 2.0 - k, 0.0)
+            fourth = factor * np.square(np.square(beyond))
+            slope += self.step / 24.0 * fourth
+            value += self.step**2 / 120.0 * fourth * beyond
+        return np.hstack([value, 0.5 * s**2]), np.hstack([slope, s])
+
+
+class ConvexEnergy(NamedTuple):
+    """Sum of functions of ``combinations`` with ``curvatures`` of at least 0, and ``least`` tangents (2,) [N/mm]."""
+
+    combinations: list[Combination]
+    curvatures: list[Array]
+    least: Array
 
     def values(self, strain: Array) -> Array:
-        """All functions at ``strain`` (n, 2), (n, m)."""
-        (a, *_), (b, *_) = (splines(strain[:, i], self.low[i], self.high[i], self.cells[i]) for i in range(2))
-        return np.hstack([self.locking(strain)[0], products(a, b)])
-
-    def derivatives(self, strain: Array) -> Array:
-        """Derivatives by a, b, aa, ab, bb of all functions at ``strain`` (n, 2), (5, n, m)."""
-        (a, da, dda), (b, db, ddb) = (splines(strain[:, i], self.low[i], self.high[i], self.cells[i]) for i in range(2))
-        r, (_, ds, dds) = self.ratio, self.locking(strain)
-        pairs = (
-            (ds, da, b), (r * ds, a, db), (dds, dda, b), (r * dds, da, db), (r * r * dds, a, ddb),
-        )  # fmt: skip
-        return np.stack([np.hstack([phi, products(x, y)]) for phi, x, y in pairs])
-
-    def third_differences(self, smoothness: float) -> Array:
-        """Rows of weighted third differences of all control values."""
-        m, n = (count + 3 for count in self.cells)
-        per = np.array(self.cells) / (self.high - self.low)
-        first, second = (np.diff(np.eye(count), n=3, axis=0) for count in (m, n))
-        psi = np.vstack([per[0] * np.kron(first, np.eye(n)), per[1] * np.kron(np.eye(m), second)])
-        phi = np.diff(np.eye(LOCKING_CELLS + 3), n=3, axis=0) * per[0]
-        zeros = np.zeros((len(phi), m * n)), np.zeros((len(psi), LOCKING_CELLS + 3))
-        return np.vstack([np.hstack([LOCKING_SMOOTHNESS * phi, zeros[0]]), np.hstack([zeros[1], smoothness * psi])])
+        """Energy per area [N/mm] at ``strain`` (n, 2), up to a constant and a linear part."""
+        found = 0.5 * strain**2 @ self.least
+        for one, curvature in zip(self.combinations, self.curvatures, strict=True):
+            found += one.functions(strain)[0] @ curvature
+        return np.asarray(found)
 
 
-def fit_energy(
-    strain: Array, force: Array, cells: list[int], where: str, places: Array, smoothness: float = SMOOTHNESS
-) -> tuple[BiaxialLaw, float]:
-    """Energy with the least deviation of its gradient from the ``force`` at each ``strain``, (n, 2) each.
+def fit_energy(strain: Array, force: Array, where: str) -> tuple[BiaxialLaw, float]:
+    """Convex energy with the least deviation of its gradient from the ``force`` at each ``strain``, (n, 2) each.
 
-    It is convex at those of the ``places`` (m, 2) that are in tension. Returns it with the largest deviation over the
-    largest force. ``smoothness`` weighs third differences. Raises :class:`InputError`, which begins with ``where``.
+    Returns it with the largest deviation over the largest force of the direction. Raises :class:`InputError`, which
+    begins with ``where``.
     """
-    low, top, peak = strain.min(axis=0), strain.max(axis=0), float(np.abs(force).max())
     _check_range(strain, force, where)
-    high = top + CELLS_BEYOND * (top - low) / np.array(cells)
-    pushed = np.maximum(-force.min(axis=1), 0.0) / (LEAST_FORCE * peak)
-    weight = 1.0 / (np.linalg.norm(force, axis=1) / peak + LEAST_FORCE) / (1.0 + pushed**2) ** 2
-    count = (cells[0] + CELLS_BEYOND, cells[1] + CELLS_BEYOND)
-    basis = Basis(_locking_ratio(strain, force, weight), low, high, count)
-    rows = basis.derivatives(strain)[:2] * weight[:, None]
-    smooth = basis.third_differences(smoothness)
-    gauge = 1e-5 * np.eye(smooth.shape[1])  # what both parts can be, and a constant
-    matrix = np.vstack([*rows, smooth, gauge])
-    right = np.concatenate([*(weight * force[:, i] for i in range(2)), np.zeros(len(smooth) + len(gauge))])
-    held = basis.derivatives(places)
-    for _ in range(ROUNDS):
-        q, r = np.linalg.qr(matrix)
-        found = solve_triangular(r, q.T @ right)
-        soft, least = _soft_tangents(held, found, 0.5 * LEAST_FORCE * peak)
-        if not len(least):
-            break
-        scale = STIFF * float((high - low).min()) / max(count)
-        matrix, right = np.vstack([matrix, scale * soft]), np.append(right, scale * least)
-    law = _one_spline(basis, found)
-    off = np.abs(sample_table(strain, law)[:, :2] - force).max(axis=1) * (pushed <= 1.0)
-    worst, deviation = int(off.argmax()), float(off.max()) / peak
+    peaks, size = np.maximum(np.abs(force).max(axis=0), 1e-12), tangent_size(strain, force)
+    least = LEAST_TANGENT * peaks / np.ptp(strain, axis=0)
+    pulled = (force > 0.0).all(axis=1)
+    own, other = force[pulled].T
+    locking = float(own @ other) / max(float(own @ own), 1e-12)
+    ratios = [*(locking * LOCKING_RATIOS), *(size[0] / size[1] * TANGENT_RATIOS), *LOOP_RATIOS]
+    lines = [np.array([1.0, 0.0]), np.array([0.0, 1.0]), *(np.array([1.0, ratio]) for ratio in ratios if ratio)]
+    combinations = [Combination.over(strain, along) for along in lines]
+    pushed = np.maximum(-force / peaks, 0.0).max(axis=1) / LEAST_FORCE
+    weight = 1.0 / (np.abs(force) + LEAST_FORCE * peaks) / (1.0 + pushed[:, None] ** 2) ** 2
+    zero, columns = np.zeros((1, 2)), []
+    for one in combinations:
+        slope = one.functions(strain)[1] - one.functions(zero)[1]
+        columns.append(np.vstack([weight[:, i, None] * one.along[i] * slope for i in range(2)]))
+    matrix = np.hstack(columns)
+    length = np.linalg.norm(matrix, axis=0) + 1e-12
+    right = (weight * (force - least * strain)).T.ravel()
+    even = SMOOTHNESS * np.kron(np.eye(len(lines)), np.diff(np.eye(INTERVALS + 1, INTERVALS + 2), n=2, axis=0))
+    matrix, right = np.vstack([matrix / length, even]), np.append(right, np.zeros(len(even)))
+    found = nnls(matrix, right, maxiter=20 * matrix.shape[1])[0] / length
+    high = strain.max(axis=0) + BEYOND * np.ptp(strain, axis=0)
+    energy = ConvexEnergy(combinations, np.split(found, len(combinations)), least)
+    law = _one_spline(energy, strain.min(axis=0), high)
+    off = _deviation(strain, force, law) / peaks * (pushed[:, None] <= 1.0)
+    worst, deviation = np.unravel_index(int(off.argmax()), off.shape), float(off.max())
     if deviation > LARGEST_DEVIATION:
+        direction = ("warp", "weft")[int(worst[1])]
         raise InputError(
-            f"{where}: the forces deviate by up to {100 * deviation:.1f} % of the largest force, {peak:.4g} N/mm, from "
-            f"those of a convex energy (limit {100 * LARGEST_DEVIATION:g} %), most at {place_of(strain[worst])}; "
-            "expected forces that rise and give no work on closed paths: take all of them from loading, without "
-            "friction, at closer strains, or smooth them"
+            f"{where}: the forces of the {direction} deviate by up to {100 * deviation:.1f} % of the largest one, "
+            f"{peaks[worst[1]]:.4g} N/mm, from those of a convex energy (limit {100 * LARGEST_DEVIATION:g} %), most at "
+            f"{place_of(strain[worst[0]])}; expected forces that rise and give no work on closed paths: take all of "
+            "them from loading, without friction, at closer strains, or smooth them"
         )
     return law, deviation
+
+
+def tangent_size(strain: Array, force: Array) -> Array:
+    """Root of strain over force of each direction, over that of the stiffer one, (2,): tangents times it compare."""
+    root = np.sqrt(np.ptp(strain, axis=0) / np.maximum(np.abs(force).max(axis=0), 1e-12))
+    return np.asarray(root / root.min())
+
+
+def _deviation(strain: Array, force: Array, law: BiaxialLaw) -> Array:
+    """Deviation of both forces, (n, 2), from those of ``law`` between strains lower and higher by a share."""
+    low = strain.min(axis=0)
+    shares = (1.0 - STRAIN_SHARE, 1.0 + STRAIN_SHARE)
+    found = np.stack([sample_table(np.maximum(share * strain, low), law)[:, :2] for share in shares])
+    return np.asarray(np.maximum(np.maximum(found.min(axis=0) - force, force - found.max(axis=0)), 0.0))
 
 
 def _check_range(strain: Array, force: Array, where: str) -> None:
@@ -134,47 +164,21 @@ def _check_range(strain: Array, force: Array, where: str) -> None:
         )
 
 
-def _locking_ratio(strain: Array, force: Array, weight: Array) -> float:
-    """Ratio of the strains in s for which a function of s alone fits the forces best."""
-    errors = []
-    for ratio in RATIOS:
-        s = strain @ np.array([1.0, ratio])
-        _, slope, _ = splines(s, float(s.min()), float(s.max()), LOCKING_CELLS)
-        matrix = np.vstack([weight[:, None] * slope, ratio * weight[:, None] * slope])
-        right = np.concatenate([weight * force[:, 0], weight * force[:, 1]])
-        found = np.linalg.lstsq(matrix, right, rcond=1e-8)[0]
-        errors.append(float(np.sum((matrix @ found - right) ** 2)))
-    return float(RATIOS[int(np.argmin(errors))])
-
-
-def _soft_tangents(held: Array, found: Array, pull: float) -> tuple[Array, Array]:
-    """Rows for the tangent in the softest direction at the places that are too soft, and what they shall give.
-
-    ``held`` (5, n, m) are the derivatives at the places. Those count whose forces are at least ``pull``.
-    """
-    w_a, w_b, aa, ab, bb = held @ found
-    value, vector = np.linalg.eigh(np.stack([aa, ab, ab, bb], axis=-1).reshape(-1, 2, 2))
-    soft = (np.minimum(w_a, w_b) >= pull) & (value[:, 0] < SOFTEST * np.abs(value[:, 1]))
-    v, w = (vector[soft, i, :1] for i in range(2))
-    rows = v * v * held[2, soft] + 2.0 * v * w * held[3, soft] + w * w * held[4, soft]
-    return rows, 2.0 * SOFTEST * np.abs(value[soft, 1])
-
-
-def _one_spline(basis: Basis, found: Array) -> BiaxialLaw:
-    """One tensor product for both parts, by collocation; energy and forces are 0 at zero strain."""
+def _one_spline(fit: ConvexEnergy, low: Array, high: Array) -> BiaxialLaw:
+    """Tensor product of splines from ``low`` to ``high``, by collocation; energy and forces are 0 at zero strain."""
     knots = np.concatenate([[0.0, 0.5], np.arange(1.0, CELLS), [CELLS - 0.5, CELLS]]) / CELLS
-    points = [basis.low[i] + knots * (basis.high[i] - basis.low[i]) for i in range(2)]
+    points = [low[i] + knots * (high[i] - low[i]) for i in range(2)]
     grid = np.stack(np.meshgrid(*points, indexing="ij"), axis=-1).reshape(-1, 2)
-    value = (basis.values(grid) @ found).reshape(CELLS + 3, CELLS + 3)
-    one, other = (splines(points[i], basis.low[i], basis.high[i], CELLS)[0] for i in range(2))
+    value = fit.values(grid).reshape(CELLS + 3, CELLS + 3)
+    one, other = (splines(points[i], low[i], high[i], CELLS)[0] for i in range(2))
     energy = np.linalg.solve(other, np.linalg.solve(one, value).T).T
     frame = np.zeros((2, 5))
-    frame[:, 0], frame[:, 1], frame[:, 2] = basis.low, basis.high, CELLS / (basis.high - basis.low)
+    frame[:, 0], frame[:, 1], frame[:, 2] = low, high, CELLS / (high - low)
     law = BiaxialLaw(np.ascontiguousarray(energy), frame, np.zeros((2, 0)), 0.0, np.zeros((2, 2)))
     pull = sample_table(np.zeros((1, 2)), law)[0, :2]
-    place = [basis.low[i] + (np.arange(CELLS + 3) - 1.0) / frame[i, 2] for i in range(2)]  # of a linear function
+    place = [low[i] + (np.arange(CELLS + 3) - 1.0) / frame[i, 2] for i in range(2)]  # of a linear function
     law.energy[:] -= pull[0] * place[0][:, None] + pull[1] * place[1]
-    zero = [splines(np.zeros(1), basis.low[i], basis.high[i], CELLS)[0][0] for i in range(2)]
+    zero = [splines(np.zeros(1), low[i], high[i], CELLS)[0][0] for i in range(2)]
     law.energy[:] -= float(zero[0] @ law.energy @ zero[1])
     return law
 
@@ -194,11 +198,6 @@ def splines(x: Array, low: float, high: float, cells: int) -> tuple[Array, Array
     for k in range(4):
         value[row, cell + k], slope[row, cell + k], bend[row, cell + k] = values[k], per * slopes[k], per**2 * bends[k]
     return value, slope, bend
-
-
-def products(a: Array, b: Array) -> Array:
-    """Products of all functions of the first direction (n, k) with all of the second (n, m), (n, k m)."""
-    return (a[:, :, None] * b[:, None, :]).reshape(len(a), a.shape[1] * b.shape[1])
 
 
 def place_of(strain: Array) -> str:

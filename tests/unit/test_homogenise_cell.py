@@ -1,5 +1,6 @@
 """Paths of a cell become the same card as tests of yarns, and a path that tells less never does."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,17 +13,23 @@ from knittest.experiment.curves import load_curve
 from knittest.kernels.biaxial import sample_law
 from knittest.laboratory.base import fabric_laminate
 from knittest.studies.homogenise.plan import (
-    COUPLED_TESTS,
+    KNIT_ANGLES,
+    PATH_ANGLES,
     PLANNED_TESTS,
+    PlannedTest,
     Request,
     cell_macro_run,
     cell_run,
+    coupled_tests,
     macro_run,
+    planned_tests,
     strains_at_end,
     width,
 )
 
 CELL = Request(variant="2", preset="quick", source="cell")
+#: fabrics of other structures
+CONFIGS = Path(__file__).parents[2] / "configs" / "fabrics"
 COUPLED = Request(variant="2", preset="quick", source="cell", coupled=True)
 DENSITY = {"warp": 28.0, "weft": 41.0}
 
@@ -114,7 +121,7 @@ def test_paths_of_both_strains_become_one_law(tmp_path, monkeypatch):
     assert macro.tension is None and macro.fracture_strain is None and macro.missing_card_parts == ()
     assert "9 paths of both strains of a periodic cell" in macro.biaxial.ref and macro.biaxial.source == "derived"
     card = fabric_laminate(run)
-    end = [0.97 * strains_at_end(cell_run(COUPLED, COUPLED_TESTS[i]))[k] for i, k in ((2, 0), (6, 1))]
+    end = [0.97 * strains_at_end(cell_run(COUPLED, coupled_tests(PATH_ANGLES)[i]))[k] for i, k in ((2, 0), (6, 1))]
     strain = np.random.default_rng(0).uniform(-0.5, 1.0, (500, 2)) * end
     expected = coupled(strain)
     inside = (expected >= 0.0).all(axis=1)
@@ -131,13 +138,13 @@ def test_paths_of_both_strains_become_one_law(tmp_path, monkeypatch):
 
 def test_paths_of_both_strains_stay_within_those_of_inlays():
     """Largest strains by direction; with rig.max_strain less."""
-    ends = np.array([strains_at_end(cell_run(COUPLED, piece)) for piece in COUPLED_TESTS[:9]])
+    ends = np.array([strains_at_end(cell_run(COUPLED, piece)) for piece in coupled_tests(PATH_ANGLES)[:9]])
     alone = [cell_run(CELL, PLANNED_TESTS[i]).rig.max_strain for i in range(2)]
     assert 100.0 * ends.max(axis=0) == pytest.approx(alone) and 100.0 * ends.min(axis=0) == pytest.approx(
         [-v for v in alone]
     )
     less = Request(variant="2", preset="quick", source="cell", coupled=True, sets=("biaxial.rig.max_strain=1.2",))
-    run = cell_run(less, COUPLED_TESTS[1])
+    run = cell_run(less, coupled_tests(PATH_ANGLES)[1])
     assert strains_at_end(run) == pytest.approx((0.012, -0.012 * np.tan(np.deg2rad(22.5)))) and run.solver.speed == 0.4
 
 
@@ -149,3 +156,20 @@ def test_one_law_needs_a_cell(tmp_path, monkeypatch, capsys):
         knittest(["homogenise", "--variant", "1", "--from", "cell", "--coupled", "--set", "biaxial.rig.path=warp"]) == 2
     )
     assert "biaxial -45 deg of a cell needs rig.path = steps" in capsys.readouterr().err
+
+
+def test_paths_of_a_knit_go_far_and_end_at_a_force():
+    """Loops stretch by up to 80 % and contract by up to 60 %; inlays of the other direction keep their own strains."""
+    knit = Request(fabric=CONFIGS / "jersey.yaml", preset="quick", source="cell")
+    assert [piece.angle for piece in planned_tests(knit)[: len(KNIT_ANGLES)]] == list(KNIT_ANGLES)
+    runs = {angle: cell_run(knit, PlannedTest("biaxial", angle=angle)) for angle in (-60.0, 0.0, 45.0, 112.5)}
+    ends = {angle: strains_at_end(run) for angle, run in runs.items()}
+    assert ends[0.0] == pytest.approx((0.8, 0.0)) and ends[45.0] == pytest.approx((0.8, 0.8))
+    assert ends[-60.0] == pytest.approx((0.6 / np.sqrt(3.0), -0.6)) and ends[112.5][1] == pytest.approx(0.8)
+    assert all(run.rig.max_force == 1.0 and run.solver.speed <= 1.0 for run in runs.values())
+    weft = Request(fabric=CONFIGS / "weft-only.yaml", preset="quick", source="cell")
+    inlay = cell_run(weft, PlannedTest("biaxial", angle=90.0))
+    assert strains_at_end(inlay)[1] == pytest.approx(1.05 * inlay.fabric.straight_failure_strain("weft"), rel=1e-3)
+    assert strains_at_end(cell_run(weft, PlannedTest("biaxial", angle=45.0)))[1] == strains_at_end(inlay)[1]
+    stated = replace(knit, sets=("biaxial.rig.max_strain=20",))
+    assert strains_at_end(cell_run(stated, PlannedTest("biaxial", angle=0.0))) == pytest.approx((0.2, 0.0))

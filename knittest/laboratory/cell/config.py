@@ -111,6 +111,10 @@ class CellRig(Rig):
         "refused", description="warp, weft, biaxial, steps: where a yarn comes to its fracture strain the path is "
         "refused, or ends",
     )  # fmt: skip
+    max_force: float | None = number(
+        None, "N/mm", "warp, weft, biaxial, steps: force per width along a direction without inlays at which the path "
+        "ends; none: it does not", gt=0, le=1000,
+    )  # fmt: skip
     bent_yarns: Literal["warp", "weft"] = Field("warp", description="bending: the yarns that are bent")
     max_curvature: float = number(0.05, "1/mm", "bending: largest mean curvature, hollow on the face", gt=0, le=0.3)
     max_pressure: float = number(1000.0, "kPa", "compaction: largest pressure of the plates", gt=0, le=10000)

@@ -8,7 +8,7 @@ import numpy as np
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import Array, History, Quality
 from knittest.base.units import round_down
-from knittest.config.structure import KNIT
+from knittest.config.structure import DIRECTIONS, KNIT
 from knittest.fabric.relaxation import relaxed_cell
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.cell.config import TENSION_PATHS, CellRun
@@ -33,8 +33,8 @@ class CellTest(TestRig):
     """Drives the lattice of ``model`` along its path; between plates until they press hard enough."""
 
     coordinate, force = "path_pct", "conjugate_force"
-    #: whether a yarn has reached its fracture strain, and whether the run has reached its end on the path
-    torn = has_arrived = False
+    #: whether a yarn has reached its fracture strain, a direction without inlays its largest force, the run its end
+    torn = is_loaded = has_arrived = False
 
     def __init__(self, run: CellRun, model: PeriodicModel) -> None:
         self.model, self.pressed = model, run.rig.path == "compaction"
@@ -49,6 +49,9 @@ class CellTest(TestRig):
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
         self.bent, self.locks = run.rig.about, run.rig.path == "shear"
         self.ends_at = np.inf if run.rig.end_angle is None else run.rig.end_angle / run.rig.max_angle
+        ends = run.rig.path in TENSION_PATHS and run.rig.max_force is not None
+        self.loaded = [d for d in DIRECTIONS if ends and not run.fabric.inlays_along(d)]
+        self.max_force = run.rig.max_force or np.inf
 
     def constrain(self, boundary: Boundary) -> None:
         """Move, free or hold all numbers of the lattice; put the plates where the yarns are."""
@@ -76,12 +79,14 @@ class CellTest(TestRig):
         pull, area = readings.reaction[self.model.images.group], self.model.area
         nominal = pull[:6].reshape(2, 3).T @ self.model.reference / area
         pressure = 0.5 * float(readings.tool_force[1, 2] - readings.tool_force[0, 2]) / area if self.pressed else 0.0
+        force = {"weft": float(nominal[0, 0]), "warp": float(nominal[1, 1])}
+        self.is_loaded = any(force[direction] >= self.max_force for direction in self.loaded)
         return {
             "path_pct": 100.0 * s,
             self.path.name: self.path.shown * self.path.end * s,
             "conjugate_force": pressure if self.pressed else self.path.conjugate(pull, s) / area,
-            "weft_n_per_mm": float(nominal[0, 0]),
-            "warp_n_per_mm": float(nominal[1, 1]),
+            "weft_n_per_mm": force["weft"],
+            "warp_n_per_mm": force["warp"],
             "shear_xy_n_per_mm": float(nominal[0, 1]),
             "shear_yx_n_per_mm": float(nominal[1, 0]),
             "moment_n": float(pull[6]) / area,
@@ -93,8 +98,8 @@ class CellTest(TestRig):
         return min(self.progress.integral(time), 1.0)
 
     def is_finished(self, force: float, peak: float, broken: bool) -> bool:
-        """End at the largest pressure, when a yarn is torn, or at the end of the run on its path."""
-        return self.torn or self.has_arrived or (self.pressed and force >= self.most)
+        """End at the largest pressure or force, when a yarn is torn, or at the end of the run on its path."""
+        return self.torn or self.is_loaded or self.has_arrived or (self.pressed and force >= self.most)
 
 
 #: share of the strain at fracture to which a path is recommended

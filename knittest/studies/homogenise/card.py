@@ -37,9 +37,7 @@ POINTS = 40
 #: smallest tangent of a tension curve, as a share of its secant: shell elements need one, breaking yarns have none
 LEAST_TANGENT = 0.01
 #: rows of a path of both strains, and intervals of the table from 0 to its highest strains
-PATH_ROWS, GRID = 81, 12
-#: weight of third differences between the paths, a hundred times that in a full table
-SMOOTHNESS = 0.1
+PATH_ROWS, GRID = 81, 24
 #: fewest rows of a run's curve up to the largest force
 FEWEST_ROWS = 2 * POINTS
 
@@ -168,13 +166,12 @@ def biaxial_table(paths: Sequence[FinishedTest]) -> tuple[BiaxialTable, float]:
         ends.append(strain[-1])
     forces = [force - forces[0][0] for force in forces]  # a relaxed cell is free of stress, up to its residual
     strain, corners = np.vstack(strains), np.array(ends)
-    law, deviation = fit_energy(strain, np.vstack(forces), [GRID, GRID], "paths of the cell", strain, SMOOTHNESS)
-    # as far as all paths along which the other direction contracts, between which strips are
-    step = np.array([min(end[i] for end in ends if _contracts(end, i)) for i in range(2)]) / GRID
+    step = corners.max(axis=0) / GRID
     lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), GRID + 1) for i in range(2)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     found = np.full(grid.shape, np.nan)
     known = _is_between(grid, corners)
+    law, deviation = fit_energy(strain, np.vstack(forces), "paths of the cell")
     found[known] = sample_table(grid[known], law)[:, :2]
     found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
     return BiaxialTable(lines[0], lines[1], found), deviation

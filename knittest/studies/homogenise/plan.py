@@ -9,12 +9,14 @@ from typing import Literal
 
 import numpy as np
 
+from knittest.base.arrays import Array
 from knittest.base.errors import InputError
 from knittest.config.fabric import Direction
 from knittest.config.loading import resolve
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
 from knittest.config.settings import Setting, parse_set
+from knittest.config.structure import DIRECTIONS
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.picture_frame.config import PictureFrameRun
@@ -41,6 +43,11 @@ class PlannedTest:
         at = "" if self.angle is None else f"{self.angle:g} deg"
         return f"{self.kind} {self.direction or ''}{at}".strip()
 
+    @property
+    def contracts(self) -> bool:
+        """Tell whether the path contracts at least as much as it stretches: slack, it only bounds the contraction."""
+        return self.angle is not None and not -45.0 < self.angle < 135.0
+
 
 PLANNED_TESTS = (
     PlannedTest("tensile", "warp"), PlannedTest("tensile", "weft"),
@@ -52,7 +59,13 @@ PLANNED_TESTS = (
 PATH_ANGLES, REPEATED = (-45.0, -22.5, 0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0), (0.0, 45.0, 90.0)
 #: and the share of each path that they repeat: beyond it, corners of the table are missing
 REPEATED_SHARE = 0.9
-COUPLED_TESTS = (*(PlannedTest("biaxial", angle=angle) for angle in PATH_ANGLES), *PLANNED_TESTS[2:])
+#: further paths of fabrics without inlays in a direction, which contract by more than they stretch
+KNIT_ANGLES = (-60.0, *PATH_ANGLES, 150.0)
+
+
+def coupled_tests(angles: Sequence[float]) -> tuple[PlannedTest, ...]:
+    """Tests of a card with a law of two strains, from paths at ``angles`` [deg]."""
+    return (*(PlannedTest("biaxial", angle=angle) for angle in angles), *PLANNED_TESTS[2:])
 
 
 @dataclass(frozen=True)
@@ -94,7 +107,7 @@ def planned_tests(request: Request) -> tuple[PlannedTest, ...]:
             "the card has one law of both directions (--coupled, or a fabric without inlays in one direction), which "
             "needs paths of a cell: add --from cell"
         )
-    return COUPLED_TESTS
+    return coupled_tests(KNIT_ANGLES if _lacks_inlays(request) else PATH_ANGLES)
 
 
 def meso_run(request: Request, piece: PlannedTest) -> Run:
@@ -173,7 +186,7 @@ def overhang(run: Run) -> float:
 
 def settings_for(texts: Sequence[str], piece: PlannedTest) -> list[Setting]:
     """Settings among ``texts`` that are for ``piece``."""
-    kinds = {one.kind for one in (*PLANNED_TESTS, *COUPLED_TESTS)}
+    kinds = {one.kind for one in (*PLANNED_TESTS, PlannedTest("biaxial"))}
     found = []
     for text in texts:
         kind, _, rest = text.partition(".")
@@ -193,10 +206,15 @@ def command_setting(name: str, value: object) -> Setting:
 STRAIN_MARGIN = 1.05
 #: angle [deg] of the sheared cell: the last whole step of the law is beyond 40 deg
 ANGLE = 42.5
-#: largest strain [%] of paths along a direction that no inlay limits
-KNIT_STRAIN = 50.0
-#: speed [m/s] of paths of both strains, and their longest duration [ms]
-PATH_SPEED, PATH_TIME = 0.4, 20.0
+#: strain [%] that counts as one of a direction without inlays in the angles of paths
+KNIT_SCALE = 50.0
+#: largest stretch and contraction [%] of paths along a direction that no inlay limits, and force per width [N/mm] at
+#: which they end: loops have locked, and most of the force comes from stretched yarn
+KNIT_STRAIN, KNIT_CONTRACTION, KNIT_FORCE = 80.0, 60.0, 1.0
+#: way that yarns of a slack knit may slide, over their radius
+KNIT_SLIP = 10.0
+#: speed [m/s] of paths of both strains, their longest duration [ms], and highest speed
+PATH_SPEED, PATH_TIME, HIGHEST_SPEED = 0.4, 20.0, 1.0
 
 
 def cell_run(request: Request, piece: PlannedTest) -> Run:
@@ -221,9 +239,9 @@ def cell_run(request: Request, piece: PlannedTest) -> Run:
 
 
 def _inlay_strain(run: Run, direction: str) -> float:
-    """Strain [%] beyond that at which straight inlays of ``direction`` fail; without inlays that of a knit."""
+    """Strain [%] beyond that at which straight inlays of ``direction`` fail; without inlays about that of a knit."""
     most = run.fabric.straight_failure_strain(direction)
-    return round(100.0 * STRAIN_MARGIN * most, 4) if np.isfinite(most) else KNIT_STRAIN
+    return round(100.0 * STRAIN_MARGIN * most, 4) if np.isfinite(most) else KNIT_SCALE
 
 
 def _strained_cell_run(request: Request, angle: float, sets: Sequence[Setting]) -> Run:
@@ -232,18 +250,35 @@ def _strained_cell_run(request: Request, angle: float, sets: Sequence[Setting]) 
     if run.variability.specimens > 1:
         raise InputError("variability.specimens: all yarns of a cell are equal: leave it at 1")
     assert isinstance(run, CellRun)
-    most = run.rig.max_strain if "max_strain" in run.rig.model_fields_set else KNIT_STRAIN
-    way = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
-    way *= np.array([min(most, _inlay_strain(run, d)) for d in ("warp", "weft")]) / np.abs(way).max()
+    limited = any(setting.path == ("rig", "max_strain") for setting in sets)
+    way = _path_end(run, angle, run.rig.max_strain if limited else np.inf)
     steps = [[0.0, 1.0, 0.0, 0.0, 1.0], [1.0, 1.0 + 0.01 * way[1], 0.0, 0.0, 1.0 + 0.01 * way[0]]]
+    speed = max(PATH_SPEED, round(float(np.abs(way).max()) / PATH_TIME, 3))
+    knit = any(not run.fabric.inlays_along(direction) for direction in DIRECTIONS)
     settings = [
         command_setting("rig.path", "steps"),
         command_setting("rig.steps", [tuple(float(round(v, 9)) for v in row) for row in steps]),
         command_setting("rig.at_fracture", "ends"),
-        command_setting("solver.speed", max(PATH_SPEED, round(float(np.abs(way).max()) / PATH_TIME, 3))),
+        command_setting("solver.speed", min(speed, HIGHEST_SPEED) if knit else speed),
     ]
+    if knit:  # most paths end early, by their force
+        settings += [
+            command_setting("rig.max_force", KNIT_FORCE),
+            command_setting("rig.max_slip", KNIT_SLIP),
+        ]
     others = [setting for setting in sets if setting.path != ("rig", "max_strain")]
     return resolve_meso_run(request, "cell", None, [*settings, *others])
+
+
+def _path_end(run: CellRun, angle: float, most: float) -> Array:
+    """Strains [%] of warp and weft at the end of a path: the first one that is at its limit, ``most`` for both, at
+    ``angle`` [deg] of their plane, each over the largest strain of its direction.
+    """
+    inlay = np.array([_inlay_strain(run, d) for d in DIRECTIONS])
+    way = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))]) * np.minimum(inlay, most)
+    knit = np.array([not run.fabric.inlays_along(d) for d in DIRECTIONS])
+    limit = np.where(knit, np.where(way > 0.0, KNIT_STRAIN, KNIT_CONTRACTION), inlay)
+    return np.asarray(way * np.min(np.minimum(limit, most) / np.maximum(np.abs(way), 1e-9)))
 
 
 def strains_at_end(run: Run) -> tuple[float, float]:
