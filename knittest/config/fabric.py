@@ -65,12 +65,23 @@ class TensionPoints(Strict):
 class BiaxialCurves(Strict):
     """Tension of both directions of the macro model over both strains, for fabrics whose directions pull each other."""
 
-    curve: str = Field(
+    curve: str | None = Field(
+        None,
         description="CSV in ./data or the shipped data: strain_warp_pct, strain_weft_pct, force_warp_n_per_mm, "
-        "force_weft_n_per_mm in loading, a row for each pair of strains, down to the free contraction of strips"
+        "force_weft_n_per_mm in loading, a row for each pair of strains, down to the free contraction of strips",
     )
+    points: list[Annotated[tuple[float, float, float, float], Field(strict=False)]] = Field(
+        default_factory=list, description="instead of a CSV: its rows, strains [%] and forces per width [N/mm] of warp "
+        "and weft",
+    )  # fmt: skip
     source: Source = Field(description="origin of the forces: measured, derived, tuned, predicted, assumed, user")
     ref: str = Field("", description="table, figure or reasoning behind the forces")
+
+    @model_validator(mode="after")
+    def _has_rows(self) -> Self:
+        if (self.curve is None) == (not self.points):
+            raise ValueError("biaxial needs either curve (a CSV) or points")
+        return self
 
 
 class MacroMaterial(Strict):

@@ -1,5 +1,6 @@
 """CSV of the forces of both directions over both strains."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ def read_biaxial(path: Path) -> BiaxialTable:
         if (warp, weft) in rows:
             raise InputError(f"{path}:{line}: a second row of {_pair(warp, weft)}; expected one")
         rows[warp, weft] = force[0], force[1]
-    return _table(path, rows)
+    return table_of(str(path), rows)
 
 
 def _read_row(path: Path, line: int, text: str) -> list[float]:
@@ -59,14 +60,17 @@ def _pair(warp: float, weft: float) -> str:
     return f"{COLUMNS[0]} = {warp:g}, {COLUMNS[1]} = {weft:g}"
 
 
-def _table(path: Path, rows: dict[tuple[float, float], tuple[float, float]]) -> BiaxialTable:
-    """Grid of ``rows``; in each row of the grid only strains at its ends may be missing."""
+def table_of(where: str, rows: Mapping[tuple[float, float], tuple[float, float]]) -> BiaxialTable:
+    """Grid of ``rows``, strains of warp and weft [%] and their forces [N/mm].
+
+    Raises :class:`InputError`, which begins with ``where``, for a pair of strains that is missing but at an end.
+    """
     warp, weft = (sorted({pair[i] for pair in rows}) for i in range(2))
     for name, along in zip(COLUMNS, (warp, weft), strict=False):
         if len(along) < FEWEST or 0.0 not in along:
-            raise InputError(f"{path}: {len(along)} different {name}; expected at least {FEWEST}, 0 among them")
+            raise InputError(f"{where}: {len(along)} different {name}; expected at least {FEWEST}, 0 among them")
     if (0.0, 0.0) not in rows:
-        raise InputError(f"{path}: no row of {_pair(0.0, 0.0)}; expected it")
+        raise InputError(f"{where}: no row of {_pair(0.0, 0.0)}; expected it")
     force = np.array([[rows.get((a, b), (np.nan, np.nan)) for b in weft] for a in warp])
     known = np.isfinite(force[..., 0])
     for grid, along, pairs in (
@@ -76,7 +80,7 @@ def _table(path: Path, rows: dict[tuple[float, float], tuple[float, float]]) -> 
             found = np.flatnonzero(grid[i])
             if (gaps := np.flatnonzero(np.diff(found) > 1)).size:
                 raise InputError(
-                    f"{path}: no row of {_pair(*pairs(i, int(found[gaps[0]]) + 1))}; expected a row for each pair of "
+                    f"{where}: no row of {_pair(*pairs(i, int(found[gaps[0]]) + 1))}; expected a row for each pair of "
                     "strains. Only a corner that the fabric cannot reach may be missing"
                 )
     return BiaxialTable(to_kernel(1.0, "%") * np.array(warp), to_kernel(1.0, "%") * np.array(weft), force)

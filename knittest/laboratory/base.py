@@ -16,7 +16,7 @@ from knittest.config.base import Quantity
 from knittest.config.fabric import Direction, Fabric
 from knittest.config.run import Run
 from knittest.config.yarn import TENACITY
-from knittest.experiment.biaxial_table import read_biaxial
+from knittest.experiment.biaxial_table import read_biaxial, table_of
 from knittest.experiment.comparison import STRAIN
 from knittest.experiment.conditions import EXACT
 from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_curve, to_force_per_width
@@ -218,7 +218,9 @@ def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
     """Force per width [N/mm] over strain along ``direction``, an input; raises :class:`InputError` for other data."""
     if (table := biaxial_table(fabric)) is not None:
         strain, force = fit_table(fabric, table).strip_curve(DIRECTIONS.index(direction))
-        source = f"strip with free sides under macro.biaxial ({fabric.macro.biaxial.curve})"  # type: ignore[union-attr]
+        law = fabric.macro.biaxial
+        assert law is not None
+        source = f"strip with free sides under macro.biaxial ({law.curve or law.ref or law.source})"
         return ReferenceCurve("input", 100.0 * strain, force, None, STRAIN, FORCE_PER_WIDTH, source)
     given = fabric.macro.tension[direction]
     if not isinstance(given, str):
@@ -237,7 +239,11 @@ def tension_curve(fabric: Fabric, direction: Direction) -> ReferenceCurve:
 
 def biaxial_table(fabric: Fabric) -> BiaxialTable | None:
     """Table of the fabric's law of two strains, if it has one; raises :class:`InputError` for other data."""
-    return None if fabric.macro.biaxial is None else read_biaxial(data_dir() / fabric.macro.biaxial.curve)
+    if (given := fabric.macro.biaxial) is None:
+        return None
+    if given.curve is not None:
+        return read_biaxial(data_dir() / given.curve)
+    return table_of(f"fabric {fabric.name}, macro.biaxial.points", {row[:2]: row[2:] for row in given.points})
 
 
 def shear_curve(run: Run) -> ReferenceCurve | None:

@@ -203,17 +203,25 @@ def kinetic_ratios(run: Run, energies: dict[str, Array]) -> Array:
     """
     if run.model.scale == "macro" or run.fabric.has_inlays_both_ways:
         return energies["kinetic_ratio"]
-    work = np.maximum.accumulate(np.abs(energies["external_mj"]))
-    return energies["kinetic_mj"] / np.maximum(work, LEAST_WORK)
+    return energies["kinetic_mj"] / np.maximum(largest_work(energies), LEAST_WORK)
+
+
+def largest_work(energies: dict[str, Array]) -> Array:
+    """Largest work so far [mJ], (n_rows,); of a specimen that is relaxed at each row with the energy that it gave."""
+    return np.maximum.accumulate(energies.get("turnover_mj", np.abs(energies["external_mj"])))
 
 
 def loss_ratios(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
-    """Damping and contact damping over the largest work, hourglass over the largest internal energy, (n_rows,)."""
-    work = np.maximum.accumulate(np.abs(energies["external_mj"]))
+    """Damping and contact damping over the largest work, hourglass over the largest internal energy, (n_rows,).
+
+    In relaxed rows nothing moves, so that damping bears no force: it is none there.
+    """
+    work = largest_work(energies)
     internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
     contacts = energies["contact_damping_mj"] + energies.get("contact_recovery_mj", 0.0)
+    moving = 0.0 if "relaxation_mj" in energies else 1.0
     pairs = (
-        (energies["damping_mj"], work), (contacts, work),
+        (moving * energies["damping_mj"], work), (moving * contacts, work),
         (energies["hourglass_mj"], np.maximum.accumulate(np.maximum(internal, 0.0))),
     )  # fmt: skip
     with np.errstate(divide="ignore", invalid="ignore"):  # a part of nothing is infinite, unless it is nothing itself

@@ -221,6 +221,10 @@ class ExplicitModel(ABC):
         """Sum of the forces between parts of the model [N]."""
         return 0.0
 
+    def lattice_force(self) -> float:
+        """Force [N] on numbers of a lattice that are free to move; 0 for a model without one."""
+        return 0.0
+
     def largest_force(self) -> float:
         """Largest force [N] in an element or a contact of the model."""
         return 0.0

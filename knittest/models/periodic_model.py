@@ -154,6 +154,11 @@ class PeriodicModel(YarnModel):
         super().halt()
         self.images.rate[:] = 0.0
 
+    def lattice_force(self) -> float:
+        """See :meth:`ExplicitModel.lattice_force`; a moment counts by the size of the cell."""
+        size = np.append(np.ones(CURVATURE), 1.0 / np.linalg.norm(self.reference))
+        return float(np.abs(self.images.pull * size)[self.images.inv_mass > 0.0].sum())
+
     def contact_force_sum(self) -> float:
         """See :meth:`ExplicitModel.contact_force_sum`."""
         contacts, count = self.tracker.contacts, self.tracker.count

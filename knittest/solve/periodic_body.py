@@ -16,11 +16,8 @@ from knittest.models.periodic_model import NUMBERS, PeriodicModel
 from knittest.models.tool import Table, constant
 from knittest.models.yarn_contact import YarnContact
 from knittest.solve.body import Body
-from knittest.solve.relaxation import Relaxation, relax
+from knittest.solve.relaxation import Relaxation, relax_held
 from knittest.solve.state import ModelStepper
-
-#: relaxations of a cell with a free lattice until both it and the cell are at rest, at most
-ROUNDS = 20
 
 
 class PeriodicBody(Body):
@@ -83,19 +80,9 @@ class PeriodicBody(Body):
         Converged when the residual forces, and those on the free lattice, are below ``tolerance`` of the sum of
         contact forces. Tables are taken at their first values, which should be 0.
         """
-        going, images = self.start(), self.cell.images
-        free = images.inv_mass > 0.0
-        size = np.append(np.ones(6), 1.0 / np.linalg.norm(self.cell.reference))
-        steps = 0
-        for _ in range(ROUNDS if free.any() else 1):
-            with limit_threads(self.threads):
-                found = relax(self.model, going.drive, going.tally, self.dt, tolerance, most_steps - steps, at=0.0)
-            steps += found.steps
-            pulled = float(np.abs(images.pull * size)[free].sum()) / max(self.model.contact_force_sum(), 1e-12)
-            if pulled < tolerance or steps >= most_steps:
-                break
-        found.steps, found.residual = steps, max(found.residual, pulled)
-        found.converged = found.converged and pulled < tolerance
+        going = self.start()
+        with limit_threads(self.threads):
+            found = relax_held(self.model, going.drive, going.tally, self.dt, tolerance, most_steps)
         self._read(found.last_chunk)
         for sums in going.tally:
             sums[:] = 0.0

@@ -31,6 +31,8 @@ SETTLED, SETTLING = 0.01, 4000
 #: most steps where yarns press each other from the start, where they are soft, and overlap [mm] that starts to bear in
 #: each chunk
 SETTLING_PRESSED, SETTLING_SOFT, PRESSED = 8000, 40000, 1e-3
+#: relaxations of a cell with a free lattice until both it and the cell are at rest, at most
+ROUNDS = 20
 #: times that overlap is made to bear again which closest points hid while the yarns relaxed
 AGAIN = 2
 
@@ -76,6 +78,27 @@ def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Lo
     return found
 
 
+def relax_held(
+    model: ExplicitModel, drive: Drive, tally: Tally, dt: float, tolerance: float, most_steps: int, least: float = 0.0
+) -> Relaxation:
+    """Relax ``model`` where it is, under the first values of all tables, which should be 0; forces on free numbers of a
+    lattice vanish too.
+
+    Converged when the residual forces, and those on the free lattice, are below ``tolerance`` of the sum of contact
+    forces, or of the force ``least`` [N] where these vanish.
+    """
+    steps = 0
+    for _ in range(ROUNDS):
+        found = relax(model, drive, tally, dt, tolerance, most_steps - steps, at=0.0, least=least)
+        steps += found.steps
+        pulled = model.lattice_force() / max(model.contact_force_sum(), least, 1e-12)
+        if pulled < tolerance or steps >= most_steps:
+            break
+    found.steps, found.residual = steps, max(found.residual, pulled)
+    found.converged = found.converged and pulled < tolerance
+    return found
+
+
 def relax(
     model: ExplicitModel,
     drive: Drive,
@@ -86,14 +109,15 @@ def relax(
     at: float = AT_THE_END,
     unloaded: Array | None = None,
     look: Look | None = None,
+    least: float = 0.0,
 ) -> Relaxation:
     """Relax ``model`` under the values of all tables ``at`` a time [ms], the last by default; ``dt`` [ms] is stable.
 
     Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance``
     of the largest displacement so far from ``unloaded`` (n_nodes, 3), by default from where it begins; or when forces
     are no more than the rounding of positions gives (:data:`ROUNDING`) and nothing acts or the residual has come to its
-    least. ``look`` is called after every chunk of steps. Raises :class:`NumericalError` when the state is no longer
-    finite.
+    least. Residual forces are compared with the force ``least`` [N] at least. ``look`` is called after every chunk of
+    steps. Raises :class:`NumericalError` when the state is no longer finite.
     """
     start = model.position() if unloaded is None else unloaded
     damped = DampedModel(model, drive, tally, dt, at)
@@ -108,7 +132,7 @@ def relax(
             bearing -= 1
         chunk = damped.advance()
         outside, applied = _acting_forces(model, drive, tally, chunk.steps, at, rounding.noise / tolerance)
-        found.add(chunk, applied)
+        found.add(chunk, max(applied, least))
         if look is not None:
             look(found.steps, most_steps)
         reach = max(float(np.abs(model.position() - start).max()), 1e-6)

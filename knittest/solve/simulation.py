@@ -19,13 +19,15 @@ from knittest.models.boundary import Boundary, Readings, new_tally, take_reading
 from knittest.models.crossings import initial_equilibrium
 from knittest.models.explicit_model import ExplicitModel, StoredEnergies
 from knittest.solve.guards import check_balance, check_entities, check_motion, fit_step
-from knittest.solve.relaxation import relax, settle
+from knittest.solve.relaxation import Relaxation, relax, relax_held, settle
 from knittest.solve.state import SILENT, TESTING, EarlierFrame, Observer, Rig, Simulation, SimulationCost
 
 #: share by which the force must have grown for a new frame of the peak
 NEAR_PEAK = 0.001
 #: residual of a specimen at rest after its mounting, and most steps until then
 MOUNTED, MOUNTING = 0.002, 20000
+#: residual of a specimen that is relaxed at the end of a row, and most steps until then
+RELAXED_ROW, RELAXING_ROW = 0.002, 60000
 #: energy of contacts over work at which yarns that are sheared have locked, and rows of the start that do not count
 LOCKED, START_ROWS = 0.10, 40
 #: steps between looks at the stable time step
@@ -99,12 +101,15 @@ def _run_rows(
     """Advance row by row to the end of the test, once the specimen is mounted."""
     _mount(run, observer)
     observer.phase(TESTING)
-    row_steps = max(run.model.chunk, round(run.rig.duration / run.first_step / output.samples))
+    rows = run.rig.relaxed_rows or output.samples
+    row_steps = max(run.model.chunk, round(run.rig.duration / run.first_step / rows))
     # the first frame is the start; one row takes one frame at most
     even = np.linspace(0.0, 1.0, output.frames + 1)
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
     while run.time < run.rig.duration or run.row_steps > 0:  # a row once begun is finished, also after a restart
-        row = _record(run, _advance_row(run, row_steps, observer))
+        stored = _advance_row(run, row_steps, observer)
+        relaxed = _relax_row(run, stored) if run.rig.relaxed_rows else None
+        row = _record(run, stored if relaxed is None else _stored_energies(run), relaxed)
         if check_speed is not None:
             check_speed(run)
         fraction = run.time / run.rig.duration
@@ -149,6 +154,25 @@ def _mount(run: Simulation, observer: Observer) -> None:
     run.kinetic, run.loss_rate, run.damping_loss = 0.0, 0.0, 0.0
     run.start_energy = _elastic_energies(_stored_energies(run))
     run.frames[:] = [_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0})]
+
+
+def _relax_row(run: Simulation, stored: StoredEnergies) -> Relaxation:
+    """Relax at the end of a row, under held motions: the row is that of a state of rest, and its only sample.
+
+    Nothing is moving there, so that neither inertia nor damping bears any force. ``stored`` are the energies before.
+    What the relaxation takes, the kinetic energy before it too, is counted apart from damping: it is the energy of
+    jumps from one state of rest to the next.
+    """
+    before = _balance(run, stored)["balance_error_mj"]
+    damped = run.tally.energy[:, 3].copy()
+    run.moving_energy = run.kinetic
+    found = relax_held(run.model, run.drive, run.tally, run.dt, RELAXED_ROW, RELAXING_ROW, run.rig.rest_force)
+    run.tally.energy[:, 3] = damped
+    run.kinetic, run.loss_rate = 0.0, 0.0
+    run.relaxation_loss += max(_balance(run, _stored_energies(run))["balance_error_mj"] - before, 0.0)
+    run.samples[len(run.rows) :] = [(run.time, take_readings(run.tally, run.drive, found.last_chunk))]
+    _keep_peak(run)
+    return found
 
 
 def _relaxation_progress(observer: Observer) -> Callable[[int, float], None]:
@@ -198,7 +222,8 @@ def _advance_chunk(run: Simulation, steps: int) -> None:
         run.eroded = eroded
         _damp_recoil(run)
     run.samples.append((run.time - 0.5 * steps * run.dt, take_readings(run.tally, run.drive, steps)))
-    _keep_peak(run)
+    if not run.rig.relaxed_rows:
+        _keep_peak(run)
     run.cost.advance_s += clock.perf_counter() - start
     check_motion(run, work, lambda: _released_energy(run))
     if steps > 1:  # the single step of a sample follows a look at all entities
@@ -253,8 +278,10 @@ def _channels(run: Simulation, time: float, row: Array) -> dict[str, float]:
     return run.rig.channels(time, Readings.of(row, run.drive.tools.kind.size))
 
 
-def _record(run: Simulation, stored: StoredEnergies) -> dict[str, float]:
-    """Append one row of the energies; returns the newest curve row with the counts of failed elements."""
+def _record(run: Simulation, stored: StoredEnergies, relaxed: Relaxation | None = None) -> dict[str, float]:
+    """Append one row of the energies, of the ``relaxed`` state if there is one; returns the newest curve row with the
+    counts of failed elements.
+    """
     failed = run.model.count_failed()
     if failed.any():
         _damp_recoil(run)
@@ -266,7 +293,9 @@ def _record(run: Simulation, stored: StoredEnergies) -> dict[str, float]:
     if run.time >= run.rig.averaged_from:
         run.tool_force += run.drive.touch.pressure
         run.tool_rows += 1
-    run.contact_rows.append(_contacts(run, stored))
+    run.contact_rows.append(
+        _contacts(run, stored) | ({} if relaxed is None else {"residual_pct": 100.0 * relaxed.residual})
+    )
     run.energy_rows.append(_balance(run, stored))
     run.rows.append(row)
     check_balance(run)
@@ -302,6 +331,11 @@ def _balance(run: Simulation, stored: StoredEnergies) -> dict[str, float]:
     damping = run.damping_loss - run.guide_energy
     error = external + run.recovered_energy - elastic - friction - damped - eroded - damping - kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
+    spent, relaxed = elastic + friction, {}
+    if run.rig.relaxed_rows:  # loops that start to move give energy of their own, and little work may be done on them
+        error, kinetic = error - run.relaxation_loss, run.moving_energy
+        largest = max([abs(external) + max(-elastic, 0.0), *(r["turnover_mj"] for r in run.energy_rows[-1:])])
+        spent, relaxed = largest, {"relaxation_mj": run.relaxation_loss, "turnover_mj": largest}
     parts = {f"internal_{name}_mj": float(v) for name, v in zip(names, internal, strict=True)}
     return {
         "time_ms": run.time,
@@ -318,8 +352,9 @@ def _balance(run: Simulation, stored: StoredEnergies) -> dict[str, float]:
         "damping_mj": damping,
         "eroded_mj": eroded,
         "external_mj": external,
+        **relaxed,
         "balance_error_mj": error,
-        "kinetic_ratio": kinetic / max(elastic + friction, 1e-9),
+        "kinetic_ratio": kinetic / max(spent, 1e-9),
         "energy_error": abs(error) / max(largest, 1e-9),
     }
 

@@ -39,6 +39,8 @@ class Rig(Protocol):
     mounted_at: float = 0.0  # time [ms] until which the specimen is mounted; it relaxes then, and energies start
     locks: bool = False  # ends where yarns lock, see :data:`knittest.solve.simulation.LOCKED`
     averaged_from: float = np.inf  # time [ms] from which the tools' forces on the nodes are averaged
+    relaxed_rows: int = 0  # rows, at the end of each of which the specimen is relaxed; 0: it is not, see _relax_row
+    rest_force: float = 0.0  # force [N] with which residual forces are compared where contacts bear none
     marks: tuple[float, ...] = ()  # shares of the duration at which frames are wanted besides even ones
 
     def constrain(self, boundary: Boundary) -> None:
@@ -110,7 +112,17 @@ class ModelStepper:
 #: arrays of tools and their contacts that change
 MOVING, TOUCHING = ("position", "velocity"), ("spring", "slipping", "pressure")
 #: numbers of a run that change
-SCALARS = ("time", "damping_loss", "kinetic", "loss_rate", "eroded", "peak", "step_share")
+SCALARS = (
+    "time",
+    "damping_loss",
+    "kinetic",
+    "loss_rate",
+    "eroded",
+    "peak",
+    "step_share",
+    "relaxation_loss",
+    "moving_energy",
+)
 COSTS = ("advance_s", "penetration_max", "penetration_mean")
 #: numbers of a frame
 FRAME = ("time", "coordinate", "force")
@@ -174,6 +186,8 @@ class Simulation(ModelStepper):
         default_factory=lambda: np.zeros(0)
     )  # elastic, as :func:`simulate._elastic_energies` [mJ]
     eroded: float = 0.0
+    relaxation_loss: float = 0.0  # energy that relaxation at the ends of rows took [mJ]
+    moving_energy: float = 0.0  # kinetic energy before the last of them [mJ]
     samples: list[tuple[float, Array]] = field(default_factory=list)
     rows: list[dict[str, float]] = field(default_factory=list)
     energy_rows: list[dict[str, float]] = field(default_factory=list)

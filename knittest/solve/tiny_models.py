@@ -27,6 +27,7 @@ from knittest.models.periodic_model import NUMBERS, PeriodicModel
 from knittest.models.tool import constant, plane, ramp
 from knittest.models.yarn_model import YarnModel
 from knittest.solve.simulation import simulate
+from knittest.solve.state import Rig
 
 #: self-contact of shells, rigid tools, crossings that resist spin, elliptic sections, a periodic cell, several threads
 CONTACT, TOOLS, SPIN, OVAL, PERIODIC, THREADS = "contact", "tools", "spin", "oval", "periodic", "threads"
@@ -153,7 +154,7 @@ def _small_run(kernels: str) -> Run:
     return resolve(variant="1", scale=scale, sets=[*line, *contact, *patches, *ovals])
 
 
-class _PullRig:
+class _PullRig(Rig):
     """Pulls a little, over a plane if ``tools``."""
 
     def __init__(self, tools: bool) -> None:
@@ -161,8 +162,6 @@ class _PullRig:
 
     duration = 0.02
     coordinate, force = "strain_pct", "force_n"
-    marks: tuple[float, ...] = ()
-    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def constrain(self, boundary: Boundary) -> None:
         along = boundary.model.position()[:, 1]

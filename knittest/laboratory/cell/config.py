@@ -169,8 +169,10 @@ class CellRig(Rig):
 PULLED: dict[str, tuple[str, ...]] = {
     "warp": ("warp",), "weft": ("weft",), "biaxial": ("warp", "weft"), "steps": ("warp", "weft"),
 }  # fmt: skip
-#: strain [%] and speed [m/s] of 100 mm of loops without inlays
-KNIT = {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.2}
+#: strain [%] of loops without inlays
+KNIT_STRAIN = 40.0
+#: speed [m/s] of 100 mm of fabric whose rows are relaxed: inertia is small enough not to move loops far
+RELAXED_SPEED = {"shear": 0.3, "bending": 0.05}
 
 
 class CellRun(Run):
@@ -183,9 +185,18 @@ class CellRun(Run):
         """See :class:`Run`."""
         return any(not self.fabric.inlays_along(direction) for direction in PULLED.get(self.rig.path, ()))
 
+    @property
+    def is_relaxed(self) -> bool:
+        """Tell whether the cell is relaxed at each row: without inlays in a direction loops are so soft that inertia and
+        damping would decide.
+        """
+        return not self.fabric.has_inlays_both_ways and self.rig.path != "compaction"
+
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Knits stretch by tens of per cent under small forces, along inlays they do not."""
-        wanted = dict(KNIT) if self.pulls_loops and self.rig.path != "steps" else {}
-        if self.rig.path == "biaxial" and self.fabric.inlays:
-            wanted.pop(("rig", "max_strain"), None)
+        wanted = dict[tuple[str, str], float]()
+        if self.is_relaxed:
+            wanted["solver", "speed"] = RELAXED_SPEED.get(self.rig.path, SPEED["warp"])
+        if self.pulls_loops and self.rig.path != "steps" and not (self.rig.path == "biaxial" and self.fabric.inlays):
+            wanted["rig", "max_strain"] = KNIT_STRAIN
         return wanted

@@ -13,6 +13,8 @@ from knittest.models.tool import Table, ramp
 
 #: knots of a motion, and length of fabric [mm] whose end moves at ``solver.speed``
 KNOTS, FABRIC = 400, 100.0
+#: time [ms] before a motion that is held to relax the cell on its way, longer than any step
+PAUSE = 0.1
 #: strain from which on loops slide far along each other and fabric contracts
 LARGE = 0.05
 
@@ -104,7 +106,10 @@ def time_path(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
     longest = max(float(np.abs(np.diff(path.at[:, q])).sum()) / float(np.abs(path.at[0, :6]).max()) for q in range(6))
     way = path.end if path.name != "path_pct" else longest
     progress = ramp(run.solver.ramp_ms, rate / way)
-    return replace(path, duration=0.5 * run.solver.ramp_ms + way / rate), progress
+    pause = PAUSE if run.is_relaxed else 0.0
+    if pause:
+        progress = Table((0.0, *(pause + t for t in progress.time)), (0.0, *progress.value))
+    return replace(path, duration=pause + 0.5 * run.solver.ramp_ms + way / rate), progress
 
 
 #: shear angles at which results are read [deg], and half the range over which they are averaged

@@ -154,11 +154,13 @@ def reached_share(test: FinishedTest) -> float:
     return 0.01 * float(read_columns(test.folder, "path_pct", "warp_n_per_mm")[0][-1])
 
 
-def biaxial_table(paths: Sequence[FinishedTest]) -> tuple[BiaxialTable, float]:
-    """Table of the energy that fits the forces of ``paths`` of rising angle best, inside them, and their deviation."""
+def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, float]:
+    """Table of the energy that fits ``paths`` of rising angle best, inside them, and the deviation of their forces.
+
+    Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each.
+    """
     ends, strains, forces = [], [], []
-    for test in paths:
-        strain, force = strain_path(test)
+    for strain, force in paths:
         even = np.linspace(0.0, 1.0, PATH_ROWS) * float(np.abs(strain).max())
         at = np.abs(strain).max(axis=1)
         strains.append(np.column_stack([np.interp(even, at, strain[:, i]) for i in range(2)]))
@@ -235,7 +237,7 @@ def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
         elif piece.direction:
             bending[piece.direction] = bending_stiffness(test)
     if paths:
-        return MacroCard(tension, shear, bending, tests, *biaxial_table(paths))
+        return MacroCard(tension, shear, bending, tests, *biaxial_table([strain_path(test) for test in paths]))
     return MacroCard(tension, shear, bending, tests)
 
 

@@ -291,8 +291,6 @@ def _run_tests(
     limit, quiet = options.time_limit, options.quiet
     records = run_with_overview(list(trials.values()), folder, pool, limit=limit, quiet=quiet, check=note)
     ended = [(piece, records[trial.key]) for piece, trial in trials.items()]
-    # the forces of paths that contract are small, and their share of losses is large
-    usable = {piece: ("completed", "refused") if piece.contracts else ("completed",) for piece in runs}
-    if lost := [f"{piece.name} {r.status}: {r.reason}" for piece, r in ended if r.status not in usable[piece]]:
+    if lost := [f"{piece.name} {r.status}: {r.reason}" for piece, r in ended if r.status != "completed"]:
         raise NumericalError(f"{SCALES[scale]}: {'; '.join(lost)}")
     return {piece: FinishedTest(runs[piece], folder / TRIALS / r.key, r.results, r.key) for piece, r in ended}

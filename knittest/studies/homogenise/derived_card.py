@@ -31,7 +31,7 @@ from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.shear_law_end import end_with_shear_law
 from knittest.studies.homogenise import card
 from knittest.studies.homogenise.card import Array, FinishedTest, tension_curve
-from knittest.studies.homogenise.plan import PLANNED_TESTS, PlannedTest, Request, cell_run
+from knittest.studies.homogenise.plan import KNIT_ANGLES, PLANNED_TESTS, PlannedTest, Request, cell_run, coupled_tests
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.runner import TRIALS, handle_signals, run_with_overview
 from knittest.studies.trials.trial import Record, code_digest, trial_of
@@ -48,10 +48,11 @@ FARTHER, FARTHEST = 1.6, 50.0
 THIN = 0.018
 #: shows a text once
 _tell_once = cache(tell)
-#: paths from which each part of a card is derived
+#: paths from which each part of a card is derived; a fabric without inlays in a direction has others for its tension
 PATHS: Mapping[str, Sequence[PlannedTest]] = dict(
     zip(CARD, (PLANNED_TESTS[:2], PLANNED_TESTS[3:], PLANNED_TESTS[2:3]), strict=True)
 )
+COUPLED_PATHS = {**PATHS, "tension": coupled_tests(KNIT_ANGLES)[: len(KNIT_ANGLES)]}
 #: width [mm] of the strip whose yarns scatter, as in tensile tests
 STRIP = 50.0
 #: old name of each renamed field of the yarns, as in the digests of earlier versions
@@ -62,7 +63,8 @@ DIGITS = 12
 
 
 class PathResult(NamedTuple):
-    """Result of one path: force per width ``y`` [N/mm] over ``x``, strain [%] or angle [deg]; or a stiffness [N mm].
+    """Result of one path: force per width ``y`` [N/mm] over ``x``, strain [%] or angle [deg]; or a stiffness [N mm];
+    or forces (n, 2) over strains [-] of warp and weft, (n, 2).
 
     ``rejected`` names failed quality checks of the path.
     """
@@ -84,7 +86,7 @@ def complete_cards(runs: Sequence[Run], quiet: bool = False) -> list[Run]:
         parts = missing_parts(run)
         if parts:
             numbers = found.setdefault(_digest(run.fabric), {})
-            numbers |= _path_results(run.fabric, [p for p in _paths_of(parts) if p not in numbers], quiet)
+            numbers |= _path_results(run.fabric, [p for p in _paths_of(run.fabric, parts) if p not in numbers], quiet)
             _check_not_rejected(run, parts, numbers)
             run = _set_card_parts(run, parts, numbers)
         run, note = end_with_shear_law(run)
@@ -100,7 +102,11 @@ def missing_parts(run: Run) -> tuple[str, ...]:
     if run.model.scale != "macro":
         return ()
     references = {
-        "tension": [one.ref for one in (macro.tension or {}).values() if not isinstance(one, str)],
+        "tension": [
+            one.ref
+            for one in (*(macro.tension or {}).values(), macro.biaxial)
+            if one is not None and not isinstance(one, str)
+        ],
         "bending_stiffness": [] if macro.bending_stiffness is None else [macro.bending_stiffness.warp.ref],
         "shear": [] if macro.shear is None else [macro.shear.ref],
     }
@@ -114,7 +120,7 @@ def _check_not_rejected(run: Run, parts: Sequence[str], numbers: Mapping[Planned
     """Raise :class:`NumericalError` for a rejected path that decides the result of ``run``."""
     decisive = kinds()[run.rig.kind].deciding.get("macro", ())
     for part in (part for part in parts if any(field.startswith(f"macro.{part}") for field in decisive)):
-        for piece in PATHS[part]:
+        for piece in _paths_of(run.fabric, [part]):
             if rejected := numbers[piece].rejected:
                 raise NumericalError(
                     _failure_text(run.fabric, piece, f"failed a quality check: {first_failure(rejected)}")
@@ -123,13 +129,14 @@ def _check_not_rejected(run: Run, parts: Sequence[str], numbers: Mapping[Planned
 
 def paths_to_run(run: Run) -> list[Run]:
     """Runs of the cell that ``run`` needs; none if its card is stated or cached."""
-    pieces = [p for p in _paths_of(missing_parts(run)) if _load(run.fabric, p) is None]
+    pieces = [p for p in _paths_of(run.fabric, missing_parts(run)) if _load(run.fabric, p) is None]
     with tempfile.TemporaryDirectory() as folder:
         return [cell_run(_request(run.fabric, Path(folder)), piece) for piece in pieces]
 
 
-def _paths_of(parts: Iterable[str]) -> list[PlannedTest]:
-    return [piece for part in parts for piece in PATHS[part]]
+def _paths_of(fabric: Fabric, parts: Iterable[str]) -> list[PlannedTest]:
+    paths = PATHS if fabric.has_inlays_both_ways else COUPLED_PATHS
+    return [piece for part in parts for piece in paths[part]]
 
 
 def _path_results(fabric: Fabric, pieces: Sequence[PlannedTest], quiet: bool) -> dict[PlannedTest, PathResult]:
@@ -212,6 +219,8 @@ def _run_paths(
 
 
 def _read_result(piece: PlannedTest, tested: FinishedTest) -> PathResult:
+    if piece.angle is not None:
+        return PathResult(*card.strain_path(tested))
     if piece.direction and piece.kind == "tensile":
         card.tension_of(tested)  # raises if no yarn failed
         return PathResult(
@@ -240,7 +249,7 @@ def _scattered_tension(fabric: Fabric, direction: Direction, strain: Array, forc
 
 
 def _failure_text(fabric: Fabric, piece: PlannedTest, reason: str) -> str:
-    part = next(part for part, pieces in PATHS.items() if piece in pieces)
+    part = next(part for part in CARD if piece in _paths_of(fabric, [part]))
     return (
         f"fabric {fabric.name}: macro.{part} cannot be derived from the yarns. The {piece.name} path of a cell "
         f"{reason}.{_thin_loop_note(fabric)} Add macro.{part} to the fabric file, or use --scale meso"
@@ -264,7 +273,7 @@ def _set_card_parts(run: Run, parts: Sequence[str], numbers: Mapping[PlannedTest
     data: dict[str, Any] = run.model_dump(mode="json")
     macro = data["fabric"]["macro"]
     for part in parts:
-        macro |= _fields(part, _digest(run.fabric), numbers)
+        macro |= _fields(part, run.fabric, numbers)
     try:
         return type(run).model_validate(data).model_copy(update={"rig": run.rig})  # keeps what the user stated
     except ValidationError as error:
@@ -273,13 +282,18 @@ def _set_card_parts(run: Run, parts: Sequence[str], numbers: Mapping[PlannedTest
         raise input_error(error, layers) from None
 
 
-def _fields(part: str, digest: str, numbers: Mapping[PlannedTest, PathResult]) -> dict[str, Any]:
+def _fields(part: str, fabric: Fabric, numbers: Mapping[PlannedTest, PathResult]) -> dict[str, Any]:
     """Fields of ``part`` of a card, marked as derived."""
-    made, ends = {}, {}
-    for piece in PATHS[part]:
+    made, ends, digest = {}, {}, _digest(fabric)
+    pieces = _paths_of(fabric, [part])
+    if pieces[0].angle is not None:
+        table, _ = card.biaxial_table([(numbers[piece].x, numbers[piece].y) for piece in pieces])
+        strain, force = table.samples
+        rows = [[_round_number(v) for v in row] for row in np.column_stack([100.0 * strain, force])]
+        return {"biaxial": {"points": rows, "source": "derived", "ref": _derived_ref(digest)}}
+    for piece in pieces:
         x, y, rejected = numbers[piece]
-        ref = f"{FROM_YARNS}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
-        origin = {"source": "derived", "ref": ref}
+        origin = {"source": "derived", "ref": _derived_ref(digest, rejected)}
         points = [[_round_number(a), _round_number(b)] for a, b in zip(x, y, strict=False)]
         if part == "shear":
             return {part: {"kind": "table", "points": points, **origin}}
@@ -287,6 +301,10 @@ def _fields(part: str, digest: str, numbers: Mapping[PlannedTest, PathResult]) -
         made[piece.direction] = {"points": points, **origin} if tension else {"value": _round_number(y[-1]), **origin}
         ends[piece.direction] = {"value": _round_number(x[-1]), **origin} if tension else {}
     return {part: made, "fracture_strain": ends} if part == "tension" else {part: made}
+
+
+def _derived_ref(digest: str, rejected: str = "") -> str:
+    return f"{FROM_YARNS}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
 
 
 def _round_number(value: float) -> float:

@@ -43,11 +43,6 @@ class PlannedTest:
         at = "" if self.angle is None else f"{self.angle:g} deg"
         return f"{self.kind} {self.direction or ''}{at}".strip()
 
-    @property
-    def contracts(self) -> bool:
-        """Tell whether the path contracts at least as much as it stretches: slack, it only bounds the contraction."""
-        return self.angle is not None and not -45.0 < self.angle < 135.0
-
 
 PLANNED_TESTS = (
     PlannedTest("tensile", "warp"), PlannedTest("tensile", "weft"),

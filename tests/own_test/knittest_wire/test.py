@@ -13,18 +13,16 @@ from knittest.models.chains import Chain, build_chains
 from knittest.models.sections import section
 from knittest.models.tool import ramp
 from knittest.solve.simulation import simulate
-from knittest.solve.state import SILENT, Observer, SimulationCost
+from knittest.solve.state import SILENT, Observer, Rig, SimulationCost
 from knittest_wire.config import WireRun
 
 RADIUS, LINEAR_DENSITY = 0.5, 1e-3  # mm, g/mm
 
 
-class Grips:
+class Grips(Rig):
     """Holds one end of a wire along x and pulls the other."""
 
     coordinate, force = "strain_pct", "force_n"
-    marks: tuple[float, ...] = ()
-    mounted_at, averaged_from, locks = 0.0, np.inf, False
 
     def __init__(self, run: WireRun) -> None:
         self.length, speed, rise = run.rig.length, run.solver.speed, run.solver.ramp  # mm, mm/ms, ms
