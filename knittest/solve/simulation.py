@@ -101,8 +101,9 @@ def _run_rows(
     """Advance row by row to the end of the test, once the specimen is mounted."""
     _mount(run, observer)
     observer.phase(TESTING)
-    rows = run.rig.relaxed_rows or output.samples
-    row_steps = max(run.model.chunk, round(run.rig.duration / run.first_step / rows))
+    row_steps = max(run.model.chunk, round(run.rig.duration / run.first_step / output.samples))
+    if run.rig.relaxed_rows:  # few long rows: the last one ends where the motion does
+        row_steps = max(run.model.chunk, ceil(run.rig.duration / run.first_step / run.rig.relaxed_rows))
     # the first frame is the start; one row takes one frame at most
     even = np.linspace(0.0, 1.0, output.frames + 1)
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]

@@ -187,8 +187,8 @@ class CellRun(Run):
 
     @property
     def is_relaxed(self) -> bool:
-        """Tell whether the cell is relaxed at each row: without inlays in a direction loops are so soft that inertia and
-        damping would decide.
+        """Tell whether the cell is relaxed at each row: loops without inlays in a direction are so soft that otherwise
+        inertia and damping decide.
         """
         return not self.fabric.has_inlays_both_ways and self.rig.path != "compaction"
 
