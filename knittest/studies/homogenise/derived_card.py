@@ -298,7 +298,7 @@ def _fields(part: str, fabric: Fabric, numbers: Mapping[PlannedTest, PathResult]
         if part == "shear":
             return {part: {"kind": "table", "points": points, **origin}}
         tension = part == "tension"
-        made[piece.direction] = {"points": points, **origin} if tension else {"value": _round_number(y[-1]), **origin}
+        made[piece.direction] = {"points": points, **origin} if tension else card.bending_quantity(y[-1], origin["ref"])
         ends[piece.direction] = {"value": _round_number(x[-1]), **origin} if tension else {}
     return {part: made, "fracture_strain": ends} if part == "tension" else {part: made}
 
