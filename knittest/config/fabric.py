@@ -307,6 +307,12 @@ class Fabric(Strict):
             default=math.inf,
         )
 
+    def is_carried_by_loops(self, direction: str, scale: str) -> bool:
+        """Tell whether loops alone carry tension along ``direction``; at the macro scale by a law of two strains."""
+        if scale == "macro" and self.macro.tension is not None:
+            return False
+        return self.has_yarns and not self.inlays_along(direction)
+
     def yarn_bending_n_mm(self, direction: str) -> float:
         """Bending stiffness per width [N mm] of the inlays along ``direction``, side by side; without inlays there that
         of the loops: two legs to a wale, or one yarn to a course.

@@ -145,7 +145,7 @@ def _similar_fabrics(run: Run) -> Iterator[Fabric]:
     own = _fabric_leaves(run.fabric)
     for fabric in (fabric for name in names for fabric in _shipped_versions(name, run.parameters)):
         stated = tuple(field for field in fields if field_value(fabric, field) is not None)
-        if fabric.macro.missing_card_parts != CARD and not _changed_fields(own, _fabric_leaves(fabric), stated):
+        if stated and fabric.macro.missing_card_parts != CARD and not _changed_fields(own, _fabric_leaves(fabric), stated):
             yield fabric
 
 

@@ -25,7 +25,7 @@ class TensileRig(StripRig):
     max_strain: float = number(
         4.0,
         "%",
-        "stop at this engineering strain; meso strips without inlays along them: 40",
+        "stop at this engineering strain; strips without inlays along them: 40",
         gt=0,
         le=300,
     )
@@ -63,15 +63,18 @@ class TensileRun(Run):
     @property
     def pulls_loops(self) -> bool:
         """See :class:`Run`."""
-        return self.model.scale == "meso" and not self.fabric.inlays_along(self.rig.direction)
+        return self.fabric.is_carried_by_loops(self.rig.direction, self.model.scale)
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Knits stretch by tens of per cent under small forces."""
-        return dict(KNIT) if self.pulls_loops else {}
+        return dict(KNIT[self.model.scale]) if self.pulls_loops else {}
 
 
-#: strain [%], speed [m/s] and damping [1/ms] of strips of loops without inlays
-KNIT = {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.5, ("solver", "damping"): 0.02}
+#: strain [%], speed [m/s] and damping [1/ms] of strips of loops without inlays, by scale
+KNIT = {
+    "meso": {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.5, ("solver", "damping"): 0.02},
+    "macro": {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.1, ("solver", "damping"): 0.005},
+}
 #: clamp distance of a meso strip [mm]; paper is that of the publication, which a macro model always has
 GAUGE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 
