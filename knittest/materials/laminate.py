@@ -169,7 +169,7 @@ def fit_table(fabric: Fabric, table: BiaxialTable) -> BiaxialFit:
 
 def _biaxial_name(fabric: Fabric) -> str:
     assert fabric.macro.biaxial is not None
-    return f"fabric {fabric.name}, macro.biaxial ({fabric.macro.biaxial.curve})"
+    return f"fabric {fabric.name}, macro.biaxial ({fabric.macro.biaxial.curve or 'points'})"
 
 
 def hourglass_of_shear(share: float, stretch: Array, shear: float) -> float:
@@ -179,19 +179,28 @@ def hourglass_of_shear(share: float, stretch: Array, shear: float) -> float:
     return min(HOURGLASS_SHEAR * shear, share * float(stretch.mean())) / 12.0
 
 
+#: membrane stiffness that bending needs, over the stiffness of an outer layer
+FOR_BENDING = 2.4
+
+
 def scale_membrane(card: Laminate, share: float) -> Laminate:
     """A share of the membrane stiffness at rest, in tension and compression, with the same bending.
 
-    For tests that strain a fabric so little that no knee of its tension curve counts. Raises :class:`InputError` when
-    less is left than bending needs.
+    For tests that strain a fabric so little that no knee of its tension curve counts. A fabric with a law of two strains
+    gets at least what bending needs, as its slack loops resist less. Raises :class:`InputError` when less is left than
+    bending needs.
     """
     rest = card.slope[:, 0] + 2.0 * card.outer
+    if card.energy is not None:
+        rest, share = np.maximum(share * rest, FOR_BENDING * card.outer), 1.0
     return _linear_laminate(card, share, rest, share * rest)
 
 
 def share_for_bending(card: Laminate, share: float) -> float:
     """``share`` of the membrane stiffness at rest, or where bending needs more, what is enough for it."""
     least = 2.0 * card.outer / (card.slope[:, 0] + 2.0 * card.outer)
+    if card.energy is not None:
+        return share
     return share if float(least.max()) < share else _sufficient_share(least)
 
 
