@@ -24,8 +24,8 @@ from knittest.solve.state import LOCKED, SILENT, TESTING, EarlierFrame, Observer
 
 #: share by which the force must have grown for a new frame of the peak
 NEAR_PEAK = 0.001
-#: residual of a specimen at rest after its mounting, and most steps until then
-MOUNTED, MOUNTING = 0.002, 20000
+#: residual of a specimen at rest after its mounting, and most steps until then, also of soft yarns
+MOUNTED, MOUNTING, MOUNTING_SOFT = 0.002, 20000, 80000
 #: rows of the start that do not count where yarns lock
 START_ROWS = 40
 #: steps between looks at the stable time step
@@ -142,7 +142,7 @@ def _mount(run: Simulation, observer: Observer) -> None:
         run.tally,
         run.dt,
         MOUNTED,
-        MOUNTING,
+        MOUNTING_SOFT if run.model.soft else MOUNTING,
         at=run.rig.mounted_at,
         look=_relaxation_progress(observer),
     )
