@@ -163,6 +163,10 @@ CARD = ("tension", "bending_stiffness", "shear")
 YARN_LEVEL = ("loop_length", "layers", "reinforcing", "knitting", "contact")
 
 
+#: GJ / EI of a solid isotropic yarn, 1 / (1 + nu) with nu = 0.3
+SOLID_TORSION = 0.77
+
+
 class Fabric(Strict):
     """Weft-knitted fabric with layers of inlays or none; any reinforcement without loops and yarns (macro scale)."""
 
@@ -315,11 +319,23 @@ class Fabric(Strict):
 
     def yarn_bending_n_mm(self, direction: str) -> float:
         """Bending stiffness per width [N mm] of the inlays along ``direction``, side by side; without inlays there that
-        of the loops: two legs to a wale, or one yarn to a course.
+        of the loops.
         """
         inlays = sum(one.share * one.bending for one in self.inlays_along(direction))
-        loops = {"warp": 2.0, "weft": 1.0}[direction] * self.knitting.bending_stiffness_n_mm2 if self.knitting else 0.0
-        return (inlays or loops) * self.density_per_mm.of(direction)
+        return (inlays or self._loop_bending(direction)) * self.density_per_mm.of(direction)
+
+    def _loop_bending(self, direction: str) -> float:
+        """Bending stiffness [N mm2] of a wale or course of loops: half of the yarn bends and half of it twists.
+
+        Each course has the length of a loop, in a wale in two legs side by side, so a moment bends more yarn than the
+        fabric is long.
+        """
+        if self.knitting is None or self.loop_length is None:
+            return 0.0
+        legs, pitch = (2.0, self.course_spacing) if direction == "warp" else (1.0, self.wale_spacing)
+        ratio = self.knitting.torsion_ratio
+        soft = 0.5 * (1.0 + 1.0 / (SOLID_TORSION if ratio is None else ratio.value))
+        return legs * self.knitting.bending_stiffness_n_mm2 / soft * pitch / (self.loop_length_mm / legs)
 
     @property
     def has_yarns(self) -> bool:

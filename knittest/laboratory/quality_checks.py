@@ -14,8 +14,7 @@ from knittest.config.quality_checks import LEAST_ROWS, NEAR, SolverCheck, qualit
 from knittest.config.run import Run
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.shear_law_end import LawExcess, TableExcess, find_law_excess
-from knittest.solve.simulation import LOCKED
-from knittest.solve.state import SimulationCost
+from knittest.solve.state import LOCKED, SimulationCost
 
 #: least work [mJ] in a ratio
 LEAST_WORK = 1e-9
@@ -128,7 +127,7 @@ class Span:
 BEFORE_FAILURE = 0.25
 #: overlap without force, away from the ends of yarns and at them
 FORCE_FREE = ("force_free_overlap_max_pct", "force_free_at_ends_max_pct")
-#: angle [deg] by which the last row of a shear test may lie before its end
+#: angle [deg] or strain [%] by which the last row of a test may lie before its end
 LAG = 0.5
 #: overlap [% of the smaller radius] of a contact found late above which a run warns: a centre line is past the surface
 LATE_OVERLAP = 100.0
@@ -229,15 +228,19 @@ def loss_ratios(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
     return first, second, third
 
 
-def locking_warning(history: History, most: float) -> tuple[str, ...]:
-    """Say at which angle a shear test ended before ``most`` [deg] because its yarns locked; empty where it did not."""
-    angle = next(values for name, values in history.curve.items() if name.endswith("shear_angle_deg"))
-    reached = float(angle.max())
+def locking_warning(
+    history: History, most: float, column: str = "shear_angle_deg", unit: str = "deg", share: float = LOCKED
+) -> tuple[str, ...]:
+    """Say where a test ended before ``most`` because its yarns locked, by ``column`` of the curve; empty if it did not.
+
+    ``share`` as in :class:`knittest.solve.state.Rig`.
+    """
+    reached = float(next(values for name, values in history.curve.items() if name.endswith(column)).max())
     if reached > most - LAG:
         return ()
     return (
-        f"the fabric locks at {reached:.1f} deg: contacts of the yarns store {100.0 * LOCKED:g} % of the work. The "
-        f"test ends there, before {most:g} deg",
+        f"the fabric locks at {reached:.1f} {unit}: contacts of the yarns store {100.0 * share:g} % of the work. The "
+        f"test ends there, before {most:g} {unit}",
     )
 
 

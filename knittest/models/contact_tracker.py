@@ -174,9 +174,24 @@ class ContactTracker:
             group.law,
             LEFT_FREE,
             min(time / RECOVERY, 1.0),
-            PORTION if group.images is None and not group.soft else SMALL_PORTION,
+            self._largest_portion(),
         )
         return float(given), float(deepest)
+
+    def _largest_portion(self) -> float:
+        """Largest part of an overlap that is given force in one update, over the smaller radius.
+
+        Taut loops of a soft fabric store more: there it is the mean depth of the contacts that press.
+        """
+        group, n = self.group, self.count
+        if not group.soft:
+            return PORTION if group.images is None else SMALL_PORTION
+        if not self.recovering:
+            return SMALL_PORTION
+        depth = self.contacts.reach[:n] - np.linalg.norm(self.contacts.offset[:, :n], axis=0)
+        share = depth / group.radius[self.contacts.piece[:, :n]].min(axis=0)
+        pressing = share[depth > 0.0]
+        return float(np.clip(pressing.mean(), SMALL_PORTION, PORTION)) if len(pressing) else SMALL_PORTION
 
     def force_free(self) -> Array:
         """Overlap without force over the smaller radius of the contacts in use, (count,)."""

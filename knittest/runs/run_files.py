@@ -67,7 +67,8 @@ def compare_run(run: Run, specimens: list[Specimen], references: References, for
     alone = {q: row_kind(run, q) for q in kinds()[run.rig.kind].published if q in means and q not in kind_of}
     summary = build_summary(run, results, quality, cost, rows, alone, guessed, [s.rest for s in specimens])
     if axes.peak:  # quality checks of this test end at the first failure
-        beyond = peaks_after_failure([s.history for s in specimens], axes.x, [s.results[axes.peak] for s in specimens])
+        peaks = [s.results.get(axes.peak, np.nan) for s in specimens]  # none of loops that do not fail
+        beyond = peaks_after_failure([s.history for s in specimens], axes.x, peaks)
         if beyond:
             summary["unjudged"] = beyond
     return ComparedRun(summary, comparison, quality, curves[len(curves) - len(references.own) :])

@@ -20,16 +20,16 @@ from knittest.models.crossings import initial_equilibrium
 from knittest.models.explicit_model import ExplicitModel, StoredEnergies
 from knittest.solve.guards import check_balance, check_entities, check_motion, fit_step
 from knittest.solve.relaxation import Relaxation, relax, relax_held, settle
-from knittest.solve.state import SILENT, TESTING, EarlierFrame, Observer, Rig, Simulation, SimulationCost
+from knittest.solve.state import LOCKED, SILENT, TESTING, EarlierFrame, Observer, Rig, Simulation, SimulationCost
 
 #: share by which the force must have grown for a new frame of the peak
 NEAR_PEAK = 0.001
-#: residual of a specimen at rest after its mounting, and most steps until then
-MOUNTED, MOUNTING = 0.002, 20000
+#: residual of a specimen at rest after its mounting, and most steps until then, also of soft yarns
+MOUNTED, MOUNTING, MOUNTING_SOFT = 0.002, 20000, 80000
 #: residual of a specimen that is relaxed at the end of a row, and most steps until then
 RELAXED_ROW, RELAXING_ROW = 0.002, 60000
-#: energy of contacts over work at which yarns that are sheared have locked, and rows of the start that do not count
-LOCKED, START_ROWS = 0.10, 40
+#: rows of the start that do not count where yarns lock
+START_ROWS = 40
 #: steps between looks at the stable time step
 STEP_LOOKS = 80
 #: multiples of the time a wave needs along the specimen during which a fresh break is damped
@@ -119,7 +119,9 @@ def _run_rows(
         force = row[run.rig.force]
         run.peak = max(run.peak, force)
         observer.progress(fraction, run.time, 1e3 * run.dt, run.energy_rows[-1]["kinetic_ratio"])
-        if run.rig.is_finished(force, run.peak, run.eroded > 0.0) or (run.rig.locks and is_locked(run.energy_rows)):
+        if run.rig.is_finished(force, run.peak, run.eroded > 0.0) or (
+            run.rig.locks and is_locked(run.energy_rows, run.rig.locked_share)
+        ):
             break
         observer.visit(run.snapshot)
 
@@ -146,7 +148,7 @@ def _mount(run: Simulation, observer: Observer) -> None:
         run.tally,
         run.dt,
         MOUNTED,
-        MOUNTING,
+        MOUNTING_SOFT if run.model.soft else MOUNTING,
         at=run.rig.mounted_at,
         look=_relaxation_progress(observer),
     )
@@ -248,13 +250,13 @@ def _keep_peak(run: Simulation) -> None:
         run.at_peak = EarlierFrame(run.time, coordinate, force, run.model.nodes.position.copy())
 
 
-def is_locked(energies: list[dict[str, float]]) -> bool:
-    """Return whether yarns have locked: they press into each other with more than :data:`LOCKED` of the work.
+def is_locked(energies: list[dict[str, float]], share: float = LOCKED) -> bool:
+    """Return whether yarns have locked: they press into each other with more than a ``share`` of the work.
 
     The penalty then bears what compaction of the yarns would, which rigid sections do not have.
     """
     work = max(row["external_mj"] for row in energies)
-    return len(energies) > START_ROWS and energies[-1]["contact_mj"] > LOCKED * work
+    return len(energies) > START_ROWS and energies[-1]["contact_mj"] > share * work
 
 
 def is_new_peak(force: float, kept: float) -> bool:

@@ -30,6 +30,10 @@ from knittest.models.explicit_model import (
 from knittest.solve.pace import Pace
 
 
+#: energy of contacts over work at which yarns that are sheared have locked
+LOCKED = 0.10
+
+
 class Rig(Protocol):
     """Boundary motion, stop rule and channels of a virtual test."""
 
@@ -37,7 +41,8 @@ class Rig(Protocol):
     coordinate: str  # column of the curve that says how far the test has come
     force: str  # column of the force whose peak is kept
     mounted_at: float = 0.0  # time [ms] until which the specimen is mounted; it relaxes then, and energies start
-    locks: bool = False  # ends where yarns lock, see :data:`knittest.solve.simulation.LOCKED`
+    locks: bool = False  # ends where yarns lock
+    locked_share: float = LOCKED  # energy of contacts over work from which on they have locked
     averaged_from: float = np.inf  # time [ms] from which the tools' forces on the nodes are averaged
     relaxed_rows: int = 0  # rows, at the end of each of which the specimen is relaxed; 0: it is not, see _relax_row
     rest_force: float = 0.0  # force [N] with which residual forces are compared where contacts bear none

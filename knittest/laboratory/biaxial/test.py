@@ -5,23 +5,28 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.history import Array, History
+from knittest.base.history import Array, History, Quality
 from knittest.config.fabric import Direction
 from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.fabric_test import FabricTest, TestRig
-from knittest.laboratory.quality_checks import Span
+from knittest.laboratory.quality_checks import Span, locking_warning
 from knittest.laboratory.restart import make_row_check
 from knittest.laboratory.strips import AXIS, centre_paths, cut_piece, needle_nodes, random_offsets
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import rectangle, strengths
 from knittest.models.meso import build_meso
 from knittest.models.tool import ramp
-from knittest.solve.state import Observer, Simulation
+from knittest.solve.state import Observer, Simulation, SimulationCost
 
 # Sides that move apart both ways at a constant ratio of the strains. The needles slide along the sides, so every held
 # point moves as in evenly strained fabric: x (1 + e_x), y (1 + e_y). Their work along one axis is the force per width
 # times the area, N L_x L_y de.
+
+
+#: energy of contacts over work from which on loops are taut: a little later they slip off their cut ends at the needles.
+#: Jersey, garter and rib get there at 15.4 to 17 % strain and 0.26 to 0.3 N/mm; jersey slips at 16.5 % and 0.43 N/mm
+TAUT = 0.03
 
 
 class BiaxialTest(TestRig):
@@ -34,6 +39,7 @@ class BiaxialTest(TestRig):
         self.held, self.axis, self.size, self.ratio = held, axis, size, rig.ratio
         self.ring_length = float(self.size.max())
         self.stop_ratio = rig.stop_force_ratio
+        self.locks, self.locked_share = run.pulls_loops, TAUT
         fails = run.fabric.macro.deletion_strain  # shells may fail across the direction first
         self.ends_at_break = run.model.scale == "macro" and (
             rig.ratio * fails(rig.direction) > fails(cross_direction(rig.direction))
@@ -132,6 +138,14 @@ class Biaxial(FabricTest[BiaxialRun]):
             found[f"{system}_force_n_per_mm"] = float(history.curve[force][top])
             found[f"{system}_strain_pct"] = float(history.curve[strain][top])
         return found
+
+    def assess(self, run: BiaxialRun, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> Quality:
+        """Evaluate the standard checks, and warn of loops that lock."""
+        quality = super().assess(run, prepared, history, cost)
+        if not prepared.rig.locks or history.first_failure is not None:
+            return quality
+        larger = "cross_strain_pct" if run.rig.ratio > 1.0 else "strain_pct"
+        return quality.with_warnings(*locking_warning(history, run.rig.max_strain, larger, "% strain", TAUT))
 
     def span(self, history: History) -> Span:
         """Return the span up to the first failure, or to the end where nothing failed."""

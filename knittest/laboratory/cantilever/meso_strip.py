@@ -29,6 +29,8 @@ from knittest.solve.state import SILENT, Observer, SimulationCost
 
 #: steps in which yarns and loops settle at first, and between two turns of the sections; most turns
 SETTLE, BETWEEN, MOST_TURNS = 7500, 2500, 72
+#: times as many steps in a strip without inlays along it: a period of its loops takes up to 40000 steps
+OF_LOOPS = 4
 #: turns after which yarns rub on each other, and turns without a smaller residual that end it
 RUBBING, STALLED = 16, 24
 #: share of progress of each of the first settlings, and sections at either end that the curl is not read from
@@ -93,6 +95,7 @@ class _StripRelaxation:
     def settle(self, steps: int, look: Look | None = None) -> Array:
         """Relax; return the unbalanced moments [N mm], (n_sections,)."""
         model = self.prepared.model
+        steps *= 1 if self.run.fabric.inlays_along(self.run.rig.direction) else OF_LOOPS
         found = relax(model, self.drive, self.tally, self.dt, self.run.rig.tolerance, steps, look=look)
         self.last = [(self.done.steps + row[0], *row[1:]) for row in found.history]
         self.done.steps, self.done.last_chunk = self.done.steps + found.steps, found.last_chunk

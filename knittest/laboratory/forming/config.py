@@ -66,6 +66,10 @@ class FormingRun(Run):
 
     rig: FormingRig = Field(default_factory=FormingRig)
 
+    def structure_defaults(self) -> dict[tuple[str, str], float]:
+        """Blanks whose loops carry a direction are formed slowly."""
+        return {} if self.model.scale == "macro" or self.fabric.has_inlays_both_ways else dict(LOOPS)
+
     def with_derived_numbers(self) -> Self:
         """Return the run with in-plane bending of its inlays, or without if ``rig`` turns it off."""
         if self.model.scale != "macro":
@@ -74,6 +78,8 @@ class FormingRun(Run):
         return self.model_copy(update={"fabric": settle(self.fabric)})
 
 
+#: speed [m/s] and damping [1/ms] of blanks without inlays in one direction: the stamp does little work on them
+LOOPS = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02}
 #: side of a shell of the blank [mm], and speed of the stamp on yarns [m/s]
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
