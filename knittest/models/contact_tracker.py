@@ -36,8 +36,9 @@ LEFT_FREE = 0.01
 #: one update, over the smaller radius
 RECOVERY, PORTION = 0.02, 0.02
 #: largest portion in a periodic cell and of soft yarns, which have little energy. Contacts between thin loops are
-#: 0.00005 to 0.001 deep: portions of 0.002 gave as much energy as the cell had
-SMALL_PORTION = 2e-4
+#: 0.00005 to 0.001 deep: portions of 0.002 gave as much energy as the cell had. Where plates press soft yarns together,
+#: it is a share of the mean depth: portions that stay small are slower than the plates
+SMALL_PORTION, DEPTH_SHARE = 2e-4, 0.5
 
 
 def _empty_contacts(capacity: int, group: "YarnContactGroup") -> Contacts:
@@ -174,24 +175,23 @@ class ContactTracker:
             group.law,
             LEFT_FREE,
             min(time / RECOVERY, 1.0),
-            self._largest_portion(),
+            self.portion(),
         )
         return float(given), float(deepest)
 
-    def _largest_portion(self) -> float:
-        """Largest part of an overlap that is given force in one update, over the smaller radius.
-
-        Taut loops of a soft fabric store more: there it is the mean depth of the contacts that press.
-        """
-        group, n = self.group, self.count
+    def portion(self) -> float:
+        """Largest overlap that is given force in one update, over the smaller radius."""
+        group = self.group
         if not group.soft:
             return PORTION if group.images is None else SMALL_PORTION
-        if not self.recovering:
+        if group.images is not None or not self.recovering:
             return SMALL_PORTION
+        n = self.count
         depth = self.contacts.reach[:n] - np.linalg.norm(self.contacts.offset[:, :n], axis=0)
-        share = depth / group.radius[self.contacts.piece[:, :n]].min(axis=0)
-        pressing = share[depth > 0.0]
-        return float(np.clip(pressing.mean(), SMALL_PORTION, PORTION)) if len(pressing) else SMALL_PORTION
+        depth /= group.radius[self.contacts.piece[:, :n]].min(axis=0)
+        pressing = depth > 0.0
+        mean = float(depth[pressing].mean()) if pressing.any() else 0.0
+        return min(max(DEPTH_SHARE * mean, SMALL_PORTION), PORTION)
 
     def force_free(self) -> Array:
         """Overlap without force over the smaller radius of the contacts in use, (count,)."""
