@@ -55,7 +55,7 @@ KIND = TestKind(
             ),
             RegressionRuns(1, "quick", "meso", "quick", (("2", None),), enlarges=True),
             RegressionRuns(7, "quick", "macro", "quick", SHEETS),
-            RegressionRuns(4, "full", "meso", "quick", (("2", None),)),
+            RegressionRuns(4, "full", "meso", "quick", (("2", None),), enlarges=True),
             RegressionRuns(8, "full", "macro", "standard", (("1", None),)),
         )
     ),
