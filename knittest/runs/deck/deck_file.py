@@ -17,7 +17,7 @@ from knittest.laboratory.report_base import size_of
 from knittest.models.boundary import TOOL_DAMPING, Boundary
 from knittest.models.fabric_model import FabricModel
 from knittest.models.yarn_model import YarnModel
-from knittest.runs.deck.beam_parts import AXIAL_SHARE, MASS_SHARE, add_yarns
+from knittest.runs.deck.beam_parts import add_yarns
 from knittest.runs.deck.deck_parts import (
     IGNORE_OPTION,
     PART,
@@ -32,6 +32,7 @@ from knittest.runs.deck.deck_parts import (
     add_sheet,
     add_tools,
 )
+from knittest.runs.deck.yarn_sections import AXIAL_SHARE, MASS_SHARE
 
 
 def deck_differences(run: Run, prepared: PreparedSpecimen) -> list[str]:
@@ -157,7 +158,7 @@ def deck_of(run: Run, prepared: PreparedSpecimen) -> tuple[KeywordFile, list[str
             for name, tool in zip([*rig.tools.by_name, "floor"], tools, strict=False):
                 surfaces = (part.number, tool, PART, PART)
                 add_contact(deck, to_tools, f"{part.name} with {name}", surfaces, law, (part.thickness, SEEN))
-    add_motions(deck, model, boundary.drive(), boundary.tables, rig.duration)
+    add_motions(deck, model, boundary.drive(), boundary.tables, rig.duration, run.solver.damping_per_ms)
     return deck, missing
 
 
