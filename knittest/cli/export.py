@@ -76,7 +76,7 @@ def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) 
     """
     from knittest.base.files import make_folder
     from knittest.export.meshes import write_abaqus
-    from knittest.runs.deck.deck_file import write_deck
+    from knittest.runs.deck.deck_file import check_test, write_deck
     from knittest.runs.deck.radioss_file import write_radioss
     from knittest.runs.specimen import prepare
     from knittest.studies.homogenise.derived_card import complete_cards
@@ -84,6 +84,8 @@ def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) 
     runs = complete_cards(resolve_runs(test, direction, chosen))
     make_folder(out)
     for run in runs:
+        if form != "abaqus":
+            check_test(run, form)  # type: ignore[arg-type]
         prepared, missing = prepare(run), list[str]()
         name = "-".join(filter(None, (test, run.direction)))
         paths = [out / f"{name}{'.inp' if form == 'abaqus' else '.k'}"]

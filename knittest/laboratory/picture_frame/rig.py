@@ -19,14 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from knittest.base.errors import InputError
 from knittest.base.history import Array, Body, History
-from knittest.experiment.time_history import NodeHistory
 from knittest.fabric.strip import rotate_to_bias
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.pictures import ARMS, WIDE
-from knittest.laboratory.reactions import reactions_of
 from knittest.laboratory.strips import plate_block, values_at_frames
 from knittest.materials.trellis import crosshead, normalised_force
 from knittest.models.boundary import Boundary, Readings
@@ -106,38 +103,6 @@ class PictureFrameTest(TestRig):
             "shear_force_n": force,
             "normalised_shear_force_n_per_mm": float(normalised_force(force, angle, self.fabric_side, self.side)),
         }
-
-
-#: largest difference of the motion of a time history from that of the run, over its largest displacement
-OTHER_MOTION = 0.01
-
-
-def frame_curve(run: PictureFrameRun, history: NodeHistory) -> dict[str, Array]:
-    """Curve of the frame of ``run`` from its needles in ``history``, a run of its deck in another solver.
-
-    The force is the work of all needles over the displacement of the crosshead. Raises :class:`InputError` for needles
-    that move otherwise over time than those of ``run``.
-    """
-    rig, found = PictureFrameTest(run, np.zeros(0, np.int64), run.rig.side_mm**2), reactions_of(history)
-    stretch = np.array([rig.stretches(t) for t in history.time])
-    stretch *= 1.0 - np.interp(history.time, rig.close.time, rig.close.value)[:, None]
-    expected = stretch[:, 0] - 1.0  # displacement along y over the place
-    moved = history.displacement[:, np.argmax(np.abs(history.displacement[-1, :, 1])), 1]
-    place = (moved @ expected) / (expected @ expected)
-    if np.abs(moved - place * expected).max() > OTHER_MOTION * np.abs(moved).max():
-        raise InputError("time history: its needles move otherwise than those of the run; export the deck with the "
-                         "settings of the run (solver.speed, rig.max_angle, sizes)")  # fmt: skip
-    angle = np.array([rig.angle(t) for t in history.time])
-    travel = crosshead(angle, rig.side)
-    pulled = np.diff(travel)
-    at = pulled != 0.0
-    middle = np.array([rig.angle(t) for t in found.time])
-    return {
-        "time_ms": found.time[at],
-        "displacement_mm": crosshead(middle, rig.side)[at],
-        "frame_shear_angle_deg": np.rad2deg(middle)[at],
-        "shear_force_n": found.work[at] / pulled[at],
-    }
 
 
 def start_up_angle(run: PictureFrameRun) -> float:

@@ -46,15 +46,17 @@ def write_deck(path: Path, run: Run, prepared: PreparedSpecimen) -> list[str]:
     return missing
 
 
-def check_test(run: Run, known: list[str], solver: Solver = "ls-dyna") -> None:
-    """Raise :class:`InputError` if the test of ``run`` is not among those ``known`` to have a deck for ``solver``."""
+def check_test(run: Run, solver: Solver) -> None:
+    """Raise :class:`InputError` if the test of ``run`` has no deck for ``solver``."""
+    part = "deck_force" if solver == "ls-dyna" else "deck_curve"
+    known = [name for name, kind in kinds().items() if getattr(kind, part)]
     if run.rig.kind not in known:
         raise InputError(f"deck of {run.rig.kind} for {solver}: not supported; expected one of {', '.join(known)}")
 
 
 def deck_of(run: Run, prepared: PreparedSpecimen) -> tuple[KeywordFile, list[str]]:
     """The deck and its differences from the model; see :func:`write_deck`."""
-    check_test(run, [name for name, kind in kinds().items() if kind.deck_force])
+    check_test(run, "ls-dyna")
     missing = deck_differences(run, prepared)
     deck, model, rig = KeywordFile(), prepared.model, prepared.rig
     dt = run.solver.safety * model.critical_step
