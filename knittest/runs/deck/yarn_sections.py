@@ -47,7 +47,7 @@ class CableKind(NamedTuple):
 
     @property
     def breaks(self) -> bool:
-        """Whether the cables fail."""
+        """True if the cables fail."""
         return bool(np.isfinite(self.fail))
 
 
