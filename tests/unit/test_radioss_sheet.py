@@ -150,6 +150,18 @@ def test_nodes_inside_are_guided_by_bands_of_their_places(frame, blocks):
     assert all(abs(position[n, axis]) < 0.01 * np.ptp(position[:, axis]) for n, axis in missing)
 
 
+def test_yarns_of_any_mass_are_guided_by_their_places():
+    _, prepared, _, blocks, _ = starter_of("picture-frame", sets=["rig.side=20"], **BEAM)
+    position, count = prepared.model.position(), 0
+    groups = {n: np.array(numbers_of(own[1:])) - 1 for n, own in blocks["GRNOD/NODE"].items()}
+    for own in blocks["GRAV"].values():
+        axis, scale = "XY".index(own[1][10:20].strip()), float(own[1][-20:])
+        places = position[groups[int(own[1][40:50])], axis]
+        assert np.abs(places - scale).max() < 0.01 * np.ptp(position[:, axis])
+        count += len(places)
+    assert count > 0.9 * 2 * (len(position) - len(prepared.rig.held))
+
+
 def test_the_guides_of_an_ls_dyna_deck_are_forces():
     """Mass times place times acceleration, and not times velocity."""
     from deck_reader import cards_of, curves_of

@@ -43,9 +43,11 @@ def test_it_is_read_back_whatever_comes_before(tmp_path, version):
     """Groups of beams, and nodes with other variables behind them, are passed over."""
     beams = (5, [1, 2, 3], [1, 2], np.full((len(TIME), 2, 3), 1e-120))
     moved, impulse = _strip()
+    moved[:, 0, 0] = 3e-101  # an exponent of three digits
     path = _write(tmp_path / "T01", moved, impulse, [beams], version=version, parts=4, subsets=2)
     found = read_time_history(path)
     assert is_time_history(path) and np.allclose(found.time, TIME, atol=1e-8)
+    assert found.displacement[5, 0, 0] == pytest.approx(3e-101, rel=1e-7, abs=0.0)
     assert np.allclose(found.displacement, moved, atol=1e-9) and np.allclose(found.impulse, impulse, rtol=1e-7)
 
 
@@ -105,8 +107,9 @@ def _frame(run, speed=1.0):
     return time, moved, impulse, np.degrees(middle)
 
 
-def test_a_frame_has_the_force_of_all_its_needles(tmp_path):
-    run = _run("picture-frame", None, ["rig.side=60"], **SHELL)
+@pytest.mark.parametrize("slack", [0.0, 0.4])
+def test_a_frame_has_the_force_of_all_its_needles(tmp_path, slack):
+    run = _run("picture-frame", None, ["rig.side=60", f"rig.mounting_slack={slack}"], **SHELL)
     time, moved, impulse, angle = _frame(run)
     values = np.concatenate([moved, impulse], axis=2)
     path = tmp_path / "T01"
