@@ -26,8 +26,8 @@ MAX_BYTES = 2_000_000_000
 #: type of a group of nodes; codes of its variables: displacements and impulses along x and y
 NODES, DX, DY, REACX, REACY = 0, 1, 2, 620, 621
 NAMES = {DX: "DX", DY: "DY", REACX: "REACX", REACY: "REACY"}
-#: columns of a title, unless a record states them, and of a whole number
-TITLE, WHOLE = 40, 10
+#: columns of a title, unless a record states them, in a file of version 3041, and of a whole number
+TITLE, TITLES, WHOLE = 40, {3041: 80}, 10
 #: four bytes, the length of the first record, that begin a binary file
 BINARY = b"\x00\x00\x00\x54"
 _COUNT = re.compile(r"(\d+|\*+)([IRC])")
@@ -121,7 +121,7 @@ def _records(path: Path, lines: list[str]) -> list[_Record]:
 
 def _read_header(records: list[_Record]) -> _Columns:
     """Read the records before the first time; raises IndexError or ValueError where they are not as expected."""
-    at, title = 2, TITLE  # behind the title and the date
+    at, title = 2, TITLES.get(int(records[0].lines[0][:5]), TITLE)  # behind the title and the date
     if records[at].counts == [("1", "I")]:  # number of additional records, length of titles, units
         title, at = int(records[at + 1].lines[0]), at + 3
     n_parts, n_materials, n_properties, n_subsets, n_groups, n_global = records[at].wholes(6)

@@ -59,7 +59,7 @@ def history_text(time, groups, parts=3, subsets=1, version=4021):
 
     ``groups``: type, codes of the variables, numbers of the members and values (n, n_members, n_variables).
     """
-    name, title = "stripT01", 100 if version >= 3050 else 40
+    name, title = "stripT01", 100 if version >= 3050 else {3041: 80}.get(version, 40)
     lines = [f"{name} FORMAT", _head((1, "I"), (72, "C")), f"{version:5d}{'strip':<72}", f"{name} FORMAT"]
     lines += [_head((80, "C")), f"{'Thu Aug 20 10:00:00 2026 RADIOSS linux64':<80}"]
     if version >= 3050:

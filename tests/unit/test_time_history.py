@@ -38,7 +38,7 @@ def _strip(share=1.0, sign=1.0):
     return moved, impulse
 
 
-@pytest.mark.parametrize("version", [3040, 3050, 4021])
+@pytest.mark.parametrize("version", [3040, 3041, 3050, 4021])
 def test_it_is_read_back_whatever_comes_before(tmp_path, version):
     """Groups of beams, and nodes with other variables behind them, are passed over."""
     beams = (5, [1, 2, 3], [1, 2], np.full((len(TIME), 2, 3), 1e-120))
