@@ -105,8 +105,11 @@ class TestKind:
     sheared_to: str = ""
     #: ``module:name`` of how a run is ended sooner (:class:`knittest.laboratory.records.EndSetting`)
     ending: str = ""
-    #: place of the force in its deck for another solver; empty: it has no deck
+    #: place of the force in its deck for LS-DYNA; empty: it has no deck
     deck_force: str = ""
+    #: ``module:name`` of its curve from the motions and reactions of the nodes that it moves, in a run of its deck for
+    #: OpenRadioss; empty: it has no such deck
+    deck_curve: str = ""
     #: position among the tests in help and tables; whether it is on a strip along warp or weft
     place: int = 100
     directional: bool = True

@@ -59,36 +59,44 @@ def stl(out: Path, **chosen: Any) -> None:
 )
 @with_run_options
 @click.option(
-    "--format", "form", type=click.Choice(["ls-dyna", "abaqus"]), default="ls-dyna", show_default=True,
-    help="ls-dyna: the whole model; abaqus: the mesh only.",
+    "--format", "form", type=click.Choice(["ls-dyna", "openradioss", "abaqus"]), default="ls-dyna", show_default=True,
+    help="ls-dyna, openradioss: the whole model; abaqus: the mesh only.",
 )  # fmt: skip
 @click.option(
     "--out", type=FOLDER, default=Path("deck"), show_default=True,
-    help="Folder for TEST.k or TEST.inp, with the direction of a strip in the name.",
+    help="Folder for TEST.k, TEST_0000.rad and TEST_0001.rad, or TEST.inp, with the direction of a strip in the name.",
 )  # fmt: skip
 def deck(test: str, direction: str | None, form: str, out: Path, **chosen: Any) -> None:
-    """Write the model of TEST as a deck for another solver. No deck was run in the other solver yet.
+    """Write the model of TEST as a deck for another solver.
 
-    The deck has nodes, elements, sections, materials, contact, motion and output. Its head lists what it leaves out.
+    The deck has nodes, elements, sections, materials, contact, motion and output. Its head states whether such decks
+    were run in the other solver, and lists what it leaves out. OpenRadioss: tensile and picture-frame only.
 
     Example: knittest export deck tensile --variant 1 --scale macro --direction warp
     """
     from knittest.base.files import make_folder
     from knittest.export.meshes import write_abaqus
-    from knittest.runs.deck.deck_file import write_deck
+    from knittest.runs.deck.deck_file import check_test, write_deck
+    from knittest.runs.deck.radioss_file import write_radioss
     from knittest.runs.specimen import prepare
     from knittest.studies.homogenise.derived_card import complete_cards
 
     runs = complete_cards(resolve_runs(test, direction, chosen))
     make_folder(out)
     for run in runs:
-        prepared, missing = prepare(run), []
-        path = out / f"{'-'.join(filter(None, (test, run.direction)))}{'.inp' if form == 'abaqus' else '.k'}"
+        if form != "abaqus":
+            check_test(run, form)  # type: ignore[arg-type]
+        prepared, missing = prepare(run), list[str]()
+        name = "-".join(filter(None, (test, run.direction)))
+        paths = [out / f"{name}{'.inp' if form == 'abaqus' else '.k'}"]
         if form == "abaqus":
-            write_abaqus(path, prepared.model.mesh, prepared.model.position())
+            write_abaqus(paths[0], prepared.model.mesh, prepared.model.position())
+        elif form == "openradioss":
+            paths, missing = write_radioss(out, name, run, prepared)
         else:
-            missing = write_deck(path, run, prepared)
-        click.echo(str(path))
+            missing = write_deck(paths[0], run, prepared)
+        for path in paths:
+            click.echo(str(path))
         for line in missing:
             click.echo(f"  differs from knittest: {line}")
 

@@ -193,7 +193,8 @@ def animate(run: Path, out: Path | None, **looks: Any) -> None:
     required=True,
     help="CSV with a header, your own or of the shipped data: strain_pct,force_n, or as a laboratory writes it "
     "'Dehnung [%];Kraft [kN]' with decimal comma; of a picture frame shear_angle_deg and force_n or "
-    "normalised_shear_force_n_per_mm. Or the curve.csv of another run.",
+    "normalised_shear_force_n_per_mm. Or the curve.csv of another run, or the time history (NAMET01) of its deck in "
+    "OpenRadioss.",
 )
 @click.option("--direction", type=click.Choice(["warp", "weft"]), help="Direction of the tested strip.")
 @click.option("--width", "strip_width_mm", type=float, help="Width of the tested strip [mm].")

@@ -1,8 +1,9 @@
-"""Keyword files of LS-DYNA: cards of fixed columns, numbers with as many digits as their columns hold."""
+"""Files of cards with fixed columns, numbers with as many digits as their columns hold; keyword files of LS-DYNA."""
 
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -42,10 +43,14 @@ def _cell(name: str, width: int, value: Value) -> str:
 
 
 @dataclass
-class KeywordFile:
-    """Lines of a keyword file as they are added, and the numbers that were given to entities of each kind."""
+class CardFile:
+    """Lines of a file of cards as they are added, and the numbers that were given to entities of each kind."""
 
-    lines: list[str] = field(default_factory=lambda: ["*KEYWORD"])
+    #: begins a line of comment; whole numbers that :meth:`numbers` writes in one card
+    mark: ClassVar[str] = "$"
+    numbers_per_card: ClassVar[int] = 8
+
+    lines: list[str] = field(default_factory=list)
     given: dict[str, int] = field(default_factory=dict)
 
     def number_for(self, kind: str) -> int:
@@ -55,13 +60,7 @@ class KeywordFile:
 
     def comment(self, *texts: str) -> None:
         """Add lines of comment."""
-        self.lines += [f"$ {text}".rstrip() for text in texts]
-
-    def keyword(self, name: str, title: str | None = None) -> None:
-        """Begin keyword ``name``, with an optional title; commas, which mean free format, are replaced."""
-        self.lines.append(f"*{name}")
-        if title is not None:
-            self.lines.append(title.replace(",", ";")[:LINE])
+        self.lines += [f"{self.mark} {text}".rstrip() for text in texts]
 
     def card(self, names: str, *values: Value) -> None:
         """Add one card of the fields ``names``, such as ``nid:8 x:16`` (name and columns), below a line of names."""
@@ -71,13 +70,31 @@ class KeywordFile:
         """Add a card for each row, below a line of field names; missing values are blank."""
         split = (name.partition(":") for name in names.split())
         fields = [(name, int(width or WIDTH)) for name, _, width in split]
-        self.lines.append("$#" + "".join(name[:width].rjust(width) for name, width in fields)[2:])
+        mark = f"{self.mark}#" if self.mark != "#" else "#"
+        self.lines.append(mark + "".join(name[:width].rjust(width) for name, width in fields)[len(mark) :])
         self.lines += ["".join(_cell(*field, v) for field, v in zip(fields, row, strict=False)) for row in rows]
 
     def numbers(self, values: Iterable[int]) -> None:
-        """Add whole ``values``, eight a card."""
-        given = list(values)
-        self.lines += ["".join(f"{v:>{WIDTH}d}" for v in given[k : k + 8]) for k in range(0, len(given), 8)]
+        """Add whole ``values``, as many in a card as it holds."""
+        given, n = list(values), self.numbers_per_card
+        self.lines += ["".join(f"{v:>{WIDTH}d}" for v in given[k : k + n]) for k in range(0, len(given), n)]
+
+    def text(self) -> str:
+        """Text of the whole file."""
+        return "\n".join([*self.lines, ""])
+
+
+@dataclass
+class KeywordFile(CardFile):
+    """A keyword file of LS-DYNA."""
+
+    lines: list[str] = field(default_factory=lambda: ["*KEYWORD"])
+
+    def keyword(self, name: str, title: str | None = None) -> None:
+        """Begin keyword ``name``, with an optional title; commas, which mean free format, are replaced."""
+        self.lines.append(f"*{name}")
+        if title is not None:
+            self.lines.append(title.replace(",", ";")[:LINE])
 
     def curve(self, title: str, abscissa: Iterable[float], ordinate: Iterable[float]) -> int:
         """Add a curve; returns its number."""

@@ -26,6 +26,7 @@ from knittest.experiment.curves import (
 )
 from knittest.experiment.lab_results import SHEAR, TENSION, folder_name
 from knittest.experiment.origin import ORIGINS, is_curve, tuning_labels
+from knittest.experiment.time_history import is_time_history, read_time_history
 from knittest.export.line_picture import Band, Line, line_picture
 from knittest.laboratory.report_base import REPORTS, run_stamp, title_of
 from knittest.materials.trellis import CONJUGATE, NORMALISED, to_conjugate
@@ -168,14 +169,18 @@ def own_curves(run: Run, paths: Sequence[Path], given: Conditions = UNKNOWN) -> 
 def _simulated_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve | None:
     """First loading in the curve.csv ``path`` of a run, whose config.yaml in the same folder states the conditions.
 
-    A file without a config.yaml counts as of the test of ``run``; None for a file that no run has written.
+    A file without a config.yaml counts as of the test of ``run``, a time history of OpenRadioss as of its deck; None
+    for a file that no run has written.
     """
-    read = read_simulated(path)
-    if read is None:
+    other, config, of_deck = run, path.parent / "config.yaml", is_time_history(path)
+    if of_deck:
+        columns, conditions = deck_columns(run, path), REPORTS[run.rig.kind].conditions(run)
+        columns = REPORTS[run.rig.kind].scale_to_nominal_size(run, columns)
+    elif (read := read_simulated(path)) is None:
         return None
-    columns, conditions = read
-    other, config = run, path.parent / "config.yaml"
-    if config.is_file():
+    else:
+        columns, conditions = read
+    if config.is_file() and not of_deck:
         other = resolve(config=config)
         conditions = merge_conditions(REPORTS[other.rig.kind].conditions(other), conditions, str(path))
         columns = REPORTS[other.rig.kind].scale_to_nominal_size(other, columns)
@@ -183,13 +188,26 @@ def _simulated_curve(run: Run, path: Path, given: Conditions) -> ReferenceCurve 
     force = next((n for n in (NORMALISED, axes.mean) if n in columns), axes.y)
     if absent := [name for name in (axes.x, force) if name not in columns]:
         raise InputError(f"{path}: no column {absent[0]}, as a curve.csv of {other.rig.kind} has; check the test")
+    source = f"OpenRadioss, {path.name}" if of_deck else f"{path.parent.name}/{path.name}"
     x, y = columns[axes.x], columns[force]
     rises = np.append(True, x[1:] > np.maximum.accumulate(x)[:-1])
     x_name, y_name = (next((n for n, same in SAME.items() if name in same), name) for name in (axes.x, force))
     return ReferenceCurve(
         "simulated", x[rises], y[rises], columns[axes.sd][rises] if axes.sd in columns else None, x_name, y_name,
-        f"{path.parent.name}/{path.name}", conditions=merge_conditions(conditions, given, str(path)), file=str(path),
+        source, conditions=merge_conditions(conditions, given, str(path)), file=str(path),
     )  # fmt: skip
+
+
+def deck_columns(run: Run, path: Path) -> dict[str, np.ndarray]:
+    """Columns of the curve in the time history ``path`` of OpenRadioss, which ran the deck of ``run``.
+
+    Raises :class:`InputError` for a test without such a deck.
+    """
+    if not kinds()[run.rig.kind].deck_curve:
+        known = ", ".join(name for name, kind in kinds().items() if kind.deck_curve)
+        raise InputError(f"{path}: a time history of OpenRadioss; {run.rig.kind} has no such deck, only {known} have")
+    columns: dict[str, np.ndarray] = kinds()[run.rig.kind].load("deck_curve")(run, read_time_history(path))
+    return columns
 
 
 def draw_comparison(

@@ -39,8 +39,8 @@ def frame_angle(displacement: float, side: float) -> float:
     return pi / 2.0 - 2.0 * float(np.arccos(min((sqrt(2.0) * side + displacement) / (2.0 * side), 1.0)))
 
 
-def crosshead(angle: float, side: float) -> float:
-    """Crosshead displacement [mm] at a shear angle [rad]: the inverse of :func:`frame_angle`.
+def crosshead(angle: Any, side: float) -> Any:
+    """Crosshead displacement [mm] at a shear angle [rad], a number or an array: the inverse of :func:`frame_angle`.
 
     >>> round(crosshead(np.deg2rad(30.0), 150.0).item(), 2)
     47.68

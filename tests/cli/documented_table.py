@@ -92,6 +92,9 @@ COMMANDS: dict[str, Do] = {
         "--preset quick --set rig.stamp.kind=hemisphere"
     ),
     "knittest export deck picture-frame --variant 1 --scale macro --format abaqus": Do("--out {out}"),
+    "knittest export deck picture-frame --variant 1 --scale macro --format openradioss": Do("--out {out}"),
+    "knittest export deck tensile --variant 1 --scale macro --direction warp --format openradioss": Do("--out {out}"),
+    "knittest compare RUN --against deck/tensile-warpT01": Do(given={"RUN": "runs/shells/warp"}),
     "knittest tensile --variant 1 --scale macro --preset quick --direction warp --verify": Do(
         "--threads 1 --out {out}"
     ),

@@ -5,9 +5,11 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from documented import ROOT, Do, Shown, shown
 from documented_table import COMMANDS, NAMES, SETUP
+from radioss_reader import history_text
 
 import knittest.runs.bench
 import knittest.runs.bench_comparison
@@ -50,6 +52,10 @@ def place(tmp_path_factory):
     (folder / "example.csv").write_text(example)
     (steps,) = re.findall(r"^```\n(fraction,.*?)^```$", (ROOT / "docs/cell.md").read_text(), re.M | re.S)
     (folder / "steps.csv").write_text(steps)
+    time, pulled = np.linspace(0.0, 4.0, 41), np.zeros((41, 1, 4))
+    pulled[:, 0, 1], pulled[:, 0, 3] = 0.8 * time, 700.0 * time**2  # displacement [mm] and impulse [N ms] along y
+    (folder / "deck").mkdir()
+    (folder / "deck/tensile-warpT01").write_text(history_text(time, [(0, [1, 2, 620, 621], [1], pulled)]))
     (folder / "mean.csv").write_text("strain_pct,force_n\n0,0\n0.8,2100\n1.6,5800\n")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)

@@ -7,8 +7,8 @@ from deck_reader import cards_of, curves_of
 from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile, number
 from knittest.models.tool import Table, ramp
-from knittest.runs.deck.beam_parts import cable_law
 from knittest.runs.deck.deck_parts import add_curve
+from knittest.runs.deck.yarn_sections import cable_law
 
 
 @pytest.mark.parametrize(

@@ -177,5 +177,5 @@ def test_the_head_of_one_of_many_specimens_says_so(frame):
 
 
 def test_another_test_is_refused():
-    with pytest.raises(InputError, match=r"deck of cantilever: not supported; expected one of .*tensile"):
+    with pytest.raises(InputError, match=r"deck of cantilever for ls-dyna: not supported; expected one of .*tensile"):
         deck_text("cantilever", "warp", **SHELL)

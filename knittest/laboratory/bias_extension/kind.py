@@ -44,11 +44,18 @@ KIND = TestKind(
     regression=Regression(
         runs=(
             RegressionRuns(
-                2, "quick", "meso", "quick", (("1", None),), ("rig.width=20", "rig.gauge_length=40"), "20mm"
+                2,
+                "quick",
+                "meso",
+                "quick",
+                (("1", None),),
+                ("rig.width=20", "rig.gauge_length=40"),
+                "20mm",
+                enlarges=True,
             ),
-            RegressionRuns(1, "quick", "meso", "quick", (("2", None),)),
+            RegressionRuns(1, "quick", "meso", "quick", (("2", None),), enlarges=True),
             RegressionRuns(7, "quick", "macro", "quick", SHEETS),
-            RegressionRuns(4, "full", "meso", "quick", (("2", None),)),
+            RegressionRuns(4, "full", "meso", "quick", (("2", None),), enlarges=True),
             RegressionRuns(8, "full", "macro", "standard", (("1", None),)),
         )
     ),

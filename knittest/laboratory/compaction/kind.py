@@ -43,5 +43,7 @@ KIND = TestKind(
         ),
     },
     hinges={"membrane_share": -1},
-    regression=Regression(runs=(RegressionRuns(2, "quick", "meso", "quick", SHEETS, ("rig.side=10",), "10mm"),)),
+    regression=Regression(
+        runs=(RegressionRuns(2, "quick", "meso", "quick", SHEETS, ("rig.side=10",), "10mm", enlarges=True),)
+    ),
 )  # fmt: skip

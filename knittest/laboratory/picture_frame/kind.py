@@ -22,6 +22,7 @@ KIND = TestKind(
     test="knittest.laboratory.picture_frame.test:PictureFrame",
     report="knittest.laboratory.picture_frame.report:PictureFrameReport",
     deck_force="bndout: sum of force times velocity over all nodes that move, over the crosshead's velocity",
+    deck_curve="knittest.laboratory.picture_frame.test:frame_curve",
     size=("square of {rig.side:g} mm in a frame of {rig.outer_side:g} mm",),
     sheet=("side", "side"),
     sheared_to="rig.max_angle",

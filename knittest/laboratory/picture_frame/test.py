@@ -7,13 +7,16 @@ from math import sqrt
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
+from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame, History, Quality
+from knittest.experiment.time_history import NodeHistory
 from knittest.fabric.strip import rotate_to_bias
 from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.picture_frame.config import PictureFrameRun
 from knittest.laboratory.picture_frame.rig import ANGLES, PictureFrameTest
 from knittest.laboratory.quality_checks import Span, locking_warning
+from knittest.laboratory.reactions import reactions_of
 from knittest.laboratory.restart import make_row_check
 from knittest.laboratory.shear_law_end import check_law_range
 from knittest.laboratory.strips import (
@@ -27,7 +30,7 @@ from knittest.laboratory.strips import (
     random_offsets,
     surface_nodes,
 )
-from knittest.materials.trellis import NORMALISED
+from knittest.materials.trellis import NORMALISED, crosshead, normalised_force
 from knittest.models.meso import build_meso
 from knittest.solve.state import Observer, Simulation, SimulationCost
 
@@ -249,6 +252,41 @@ def fabric_side(run: PictureFrameRun) -> float:
         return side
     n_wales, n_courses = _whole_pitches(run)
     return sqrt(n_wales * run.fabric.wale_spacing * n_courses * run.fabric.course_spacing)
+
+
+#: largest difference of the motion of a time history from that of the run, over its largest displacement
+OTHER_MOTION = 0.01
+
+
+def frame_curve(run: PictureFrameRun, history: NodeHistory) -> dict[str, Array]:
+    """Curve of the frame of ``run`` from its needles in ``history``, a run of its deck in another solver.
+
+    The force is the work of all needles over the displacement of the crosshead. Raises :class:`InputError` for needles
+    that move otherwise over time than those of ``run``.
+    """
+    side, found = fabric_side(run), reactions_of(history)
+    rig = PictureFrameTest(run, np.zeros(0, np.int64), side**2)
+    stretch = np.array([rig.stretches(t) for t in history.time])
+    stretch *= 1.0 - np.interp(history.time, rig.close.time, rig.close.value)[:, None]
+    expected = stretch[:, 0] - 1.0  # displacement along y over the place
+    moved = history.displacement[:, np.argmax(np.abs(history.displacement[-1, :, 1])), 1]
+    place = (moved @ expected) / (expected @ expected)
+    if np.abs(moved - place * expected).max() > OTHER_MOTION * np.abs(moved).max():
+        raise InputError("time history: its needles move otherwise than those of the run; export the deck with the "
+                         "settings of the run (solver.speed, rig.max_angle, sizes)")  # fmt: skip
+    angle = np.array([rig.angle(t) for t in history.time])
+    travel = crosshead(angle, rig.side)
+    pulled = np.diff(travel)
+    at = pulled != 0.0
+    middle = np.array([rig.angle(t) for t in found.time])
+    force, middle = found.work[at] / pulled[at], middle[at]
+    return {
+        "time_ms": found.time[at],
+        "displacement_mm": crosshead(middle, rig.side),
+        "frame_shear_angle_deg": np.rad2deg(middle),
+        "shear_force_n": force,
+        NORMALISED: normalised_force(force, middle, side, rig.side),
+    }
 
 
 def _whole_pitches(run: PictureFrameRun) -> tuple[int, int]:

@@ -44,6 +44,8 @@ KIND = TestKind(
         ),
     },
     hinges={"membrane_share": -1},
-    regression=Regression(runs=(RegressionRuns(2, "quick", "meso", "quick", STRIPS, ("rig.travel=4",), "4mm"),)),
+    regression=Regression(
+        runs=(RegressionRuns(2, "quick", "meso", "quick", STRIPS, ("rig.travel=4",), "4mm", enlarges=True),)
+    ),
     laboratory="knittest.laboratory.pull_out.lab_files:LAB",
 )  # fmt: skip

@@ -18,6 +18,7 @@ KIND = TestKind(
     test="knittest.laboratory.tensile.test:Tensile",
     report="knittest.laboratory.tensile.report:TensileReport",
     deck_force="bndout (the set that moves) and spcforc (the set held in all six), along the strip",
+    deck_curve="knittest.laboratory.tensile.test:strip_curve",
     size=("strip {rig.width:g} mm wide, {rig.gauge_length:g} mm between the clamps",),
     sheet=("gauge_length", "width"),
     lasting="knittest.laboratory.tensile.test:expected_share",

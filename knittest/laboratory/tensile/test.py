@@ -7,9 +7,11 @@ import numpy as np
 from knittest.base.history import Array, Frame, History, Quality
 from knittest.base.units import round_down
 from knittest.config.quality_checks import NEAR
+from knittest.experiment.time_history import NodeHistory
 from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
 from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.quality_checks import TARGET_SHARE, Span
+from knittest.laboratory.reactions import reactions_of
 from knittest.laboratory.strips import (
     AXIS,
     carrying_width,
@@ -174,7 +176,7 @@ class Tensile(FabricTest[TensileRun]):
     def mount_yarns(self, run: TensileRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the strip of whole yarns and pitches."""
         direction, period = run.rig.direction, pitch(run, run.rig.direction)
-        along = max(round(run.rig.gauge_length_mm / period), 1)
+        along = gauge_pitches(run)
         whole = along + 2 * JAW_PITCHES
         counts = wale_course_counts(direction, whole, yarns_across(run, direction, specimen))
         piece = cut_piece(run, *counts, specimen, observer, (direction, (JAW_PITCHES + 0.5) / whole))
@@ -218,6 +220,25 @@ class Tensile(FabricTest[TensileRun]):
     def span(self, history: History) -> Span:
         """Return the span up to the first failure."""
         return Span(to_failure=True)
+
+
+def gauge_pitches(run: TensileRun) -> int:
+    """Whole pitches between the clamps of a meso strip."""
+    return max(round(run.rig.gauge_length_mm / pitch(run, run.rig.direction)), 1)
+
+
+def strip_curve(run: TensileRun, history: NodeHistory) -> dict[str, Array]:
+    """Curve of the strip of ``run`` from the moving clamp in ``history``, a run of its deck in another solver."""
+    axis, found = pull_axis(run), reactions_of(history)
+    meso = run.model.scale == "meso"
+    gauge = gauge_pitches(run) * pitch(run, run.rig.direction) if meso else run.rig.gauge_length_mm
+    travel = found.moved[:, :, axis].mean(axis=1)
+    return {
+        "time_ms": found.time,
+        "displacement_mm": travel,
+        "strain_pct": 100.0 * travel / gauge,
+        "force_n": found.force[:, axis],
+    }
 
 
 def pull_axis(run: TensileRun) -> int:

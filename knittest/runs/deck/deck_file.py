@@ -1,8 +1,9 @@
-"""Writes a prepared specimen as a deck of LS-DYNA keywords; no deck has been run in that solver by its authors."""
+"""Writes a prepared specimen as a deck of LS-DYNA keywords.
+
+Strips were run in OpenRadioss after a conversion; no deck was run in LS-DYNA.
+"""
 
 from pathlib import Path
-
-import numpy as np
 
 import knittest
 from knittest.base.errors import InputError
@@ -10,14 +11,13 @@ from knittest.base.files import write_atomic
 from knittest.base.kinds import kinds
 from knittest.config.run import Run
 from knittest.export.keywords import KeywordFile
-from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.forming.rig import FormingTest
 from knittest.laboratory.report_base import size_of
 from knittest.models.boundary import TOOL_DAMPING, Boundary
 from knittest.models.fabric_model import FabricModel
 from knittest.models.yarn_model import YarnModel
-from knittest.runs.deck.beam_parts import AXIAL_SHARE, MASS_SHARE, add_yarns
+from knittest.runs.deck.beam_parts import add_yarns
 from knittest.runs.deck.deck_parts import (
     IGNORE_OPTION,
     PART,
@@ -32,92 +32,7 @@ from knittest.runs.deck.deck_parts import (
     add_sheet,
     add_tools,
 )
-
-
-def deck_differences(run: Run, prepared: PreparedSpecimen) -> list[str]:
-    """Differences between the model of ``run`` and its deck, with their numbers."""
-    model = prepared.model
-    if isinstance(model, YarnModel):
-        found = _yarn_differences(run, model)
-    else:
-        assert isinstance(model, FabricModel)
-        found = _shell_differences(model.laminate)
-    if isinstance(prepared.rig, FormingTest):
-        found += _tool_differences(prepared.rig)
-    else:
-        found.append("end of the test: at the largest strain or angle, not when the force has dropped")
-    if (many := run.variability.specimens) > 1:
-        found.append(f"ensemble: this is the first of {many} specimens")
-    return [*found, "quality checks: the user must check energies and penetration"]
-
-
-def _yarn_differences(run: Run, model: YarnModel) -> list[str]:
-    law, beams = model.group.law, model.beams
-    found = [
-        f"yarns in compression, or in tension within their slack: {100 * AXIAL_SHARE:g} % of the axial stiffness",
-        f"a broken cable leaves its beam: {100 * AXIAL_SHARE:g} % of the axial stiffness, full bending stiffness",
-        "yarns: rigid in transverse shear; rotary inertia by the solver",
-        f"mass: {100 * MASS_SHARE:g} % on beams, the rest on cables, spread evenly over each part",
-    ]
-    if model.added_mass > 0.0:
-        found.append(f"mass scaling: the added {100 * model.added_mass:.3g} % are spread evenly over a yarn system")
-    if model.contact:
-        found += [
-            "contact: between straight segments, not between smooth centre-lines",
-            f"penalty stiffness of contact, {law.normal:g} N/mm, and sticking, {law.tangential:g} N/mm: by the solver",
-        ]
-        if law.linear or law.square or law.cubic:
-            found.append("compaction of yarns: contact stiffness does not rise with depth")
-        if law.torsional:
-            found.append(f"friction against spin at crossings, up to {law.torsional:.3g} N mm/rad: left out")
-    card = run.fabric.knitting
-    if model.prestressed and card.degree_of_set.value < 1.0:
-        found.append(f"degree of set of the loops: 1, not {card.degree_of_set.value:g} as in the model")
-    if card.loop_shortening_fraction:
-        found.append(
-            f"loop shortening of {100 * card.loop_shortening_fraction:g} %, with its initial tension: left out"
-        )
-    if card.loop_scatter != "none":
-        found.append("scatter of the loop length between courses: left out")
-    if model.pressed:
-        found.append("initial equilibrium of overlapping yarns: left out; the deck starts out of equilibrium")
-    if np.isinf(beams.fail_strain[model.element_node]).all():
-        found.append("failure: the yarns of this run do not fail")
-    return found
-
-
-def _shell_differences(card: Laminate) -> list[str]:
-    fails = (
-        f"; the model deletes shell elements at fibre strains of {100 * card.fail_strain[0]:.4g} % (warp) and "
-        f"{100 * card.fail_strain[1]:.4g} % (weft)"
-    )
-    found = [
-        f"failure: none{fails if np.isfinite(card.fail_strain).all() else ''}",
-        "stress: curves are force per reference width and thickness; the solver takes them as true stress, which "
-        "differs by the strain and by the area lost in shear (13 % at 30 deg)",
-        "twisting stiffness: from layers at their offset, not at half the thickness",
-        "hourglass control: none, the shell elements are fully integrated",
-    ]
-    if card.shear_friction:
-        found.append(f"friction in shear, {100 * card.shear_friction:g} % of the force: left out, shear is elastic")
-    if card.coupling_membrane or card.coupling_bending:
-        found.append(f"coupling of warp and weft, {card.coupling_membrane:.3g} N/mm in the membrane: left out")
-    if card.energy is not None:
-        found.append("law of two strains: left out, curves are those of strips with free sides")
-    if np.any(card.in_plane):
-        found.append("in-plane bending stiffness, {:.3g} and {:.3g} N mm: left out".format(*card.in_plane))
-    return found
-
-
-def _tool_differences(rig: FormingTest) -> list[str]:
-    found = [
-        "tools: triangles, not exact surfaces; penalty stiffness by the solver",
-        "weight: constant forces on nodes; contact: one thickness for each part",
-    ]
-    if rig.tools.holder is not None:
-        drag = rig.rig.holder.damping_rate_per_ms
-        found.append(f"holder: damped like all nodes, not by its damping rate of {drag:g} / ms")
-    return found
+from knittest.runs.deck.differences import Solver, deck_differences
 
 
 def write_deck(path: Path, run: Run, prepared: PreparedSpecimen) -> list[str]:
@@ -131,11 +46,17 @@ def write_deck(path: Path, run: Run, prepared: PreparedSpecimen) -> list[str]:
     return missing
 
 
+def check_test(run: Run, solver: Solver) -> None:
+    """Raise :class:`InputError` if the test of ``run`` has no deck for ``solver``."""
+    part = "deck_force" if solver == "ls-dyna" else "deck_curve"
+    known = [name for name, kind in kinds().items() if getattr(kind, part)]
+    if run.rig.kind not in known:
+        raise InputError(f"deck of {run.rig.kind} for {solver}: not supported; expected one of {', '.join(known)}")
+
+
 def deck_of(run: Run, prepared: PreparedSpecimen) -> tuple[KeywordFile, list[str]]:
     """The deck and its differences from the model; see :func:`write_deck`."""
-    if not kinds()[run.rig.kind].deck_force:
-        known = ", ".join(name for name, kind in kinds().items() if kind.deck_force)
-        raise InputError(f"deck of {run.rig.kind}: not supported; expected one of {known}")
+    check_test(run, "ls-dyna")
     missing = deck_differences(run, prepared)
     deck, model, rig = KeywordFile(), prepared.model, prepared.rig
     dt = run.solver.safety * model.critical_step
@@ -157,27 +78,41 @@ def deck_of(run: Run, prepared: PreparedSpecimen) -> tuple[KeywordFile, list[str
             for name, tool in zip([*rig.tools.by_name, "floor"], tools, strict=False):
                 surfaces = (part.number, tool, PART, PART)
                 add_contact(deck, to_tools, f"{part.name} with {name}", surfaces, law, (part.thickness, SEEN))
-    add_motions(deck, model, boundary.drive(), boundary.tables, rig.duration)
+    add_motions(deck, model, boundary.drive(), boundary.tables, rig.duration, run.solver.damping_per_ms)
     return deck, missing
 
 
-def _add_head(deck: KeywordFile, run: Run, prepared: PreparedSpecimen, missing: list[str]) -> None:
-    deck.comment(
+def head_lines(
+    run: Run, prepared: PreparedSpecimen, missing: list[str], known: tuple[str, ...], force: str
+) -> list[str]:
+    """Lines at the head of a deck: test, size, what is ``known`` of such decks, units, ``force``, differences."""
+    return [
         f"{run.rig.kind}{' ' + run.direction if run.direction else ''}, {run.fabric.name}, {run.model.scale}, by "
         f"knittest {knittest.__version__}",
         *size_of(run),
         f"{len(prepared.model.mesh.cells)} elements; time step in knittest "
         f"{1e3 * run.solver.safety * prepared.model.critical_step:.4g} us, duration {prepared.duration:.6g} ms",
         "",
-        "NOT RUN IN A SOLVER: the deck was only parsed back and compared with the model.",
+        *known,
         "",
         "Units: mm, ms, g; so N, MPa, mJ.",
-        f"Force of the test: {kinds()[run.rig.kind].deck_force}.",
+        f"Force of the test: {force}.",
         "",
         "Differences from the model in knittest:",
         *(f"  - {text}" for text in missing),
-    )
-    deck.keyword("TITLE", f"{run.rig.kind} of {run.fabric.name}, {run.model.scale}: not run in a solver")
+    ]
+
+
+#: what is known of decks for LS-DYNA
+KNOWN = (
+    "NOT RUN IN LS-DYNA. Decks of this format ran in OpenRadioss after a conversion by another program: strips of",
+    "shells and of yarns. This file was parsed back and compared with the model.",
+)
+
+
+def _add_head(deck: KeywordFile, run: Run, prepared: PreparedSpecimen, missing: list[str]) -> None:
+    deck.comment(*head_lines(run, prepared, missing, KNOWN, kinds()[run.rig.kind].deck_force))
+    deck.keyword("TITLE", f"{run.rig.kind} of {run.fabric.name}, {run.model.scale}: not run in LS-DYNA")
 
 
 def _add_control(deck: KeywordFile, run: Run, end: float) -> None:

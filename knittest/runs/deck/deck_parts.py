@@ -1,4 +1,4 @@
-"""Parts of a deck: the fabric, rigid tools of forming, motions and loads, contact.
+"""Parts of an LS-DYNA deck: the fabric, rigid tools of forming, motions and loads, contact.
 
 *MAT_REINFORCED_THERMOPLASTIC (249) has the law of the shell elements: fibres along warp and weft that turn with the
 fabric, a curve of stress over strain for each, and one of shear over the angle between them. Its layers lie at the
@@ -11,10 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from knittest.base.errors import InputError
 from knittest.export.keywords import KeywordFile, Value
-from knittest.kernels.shell_state import BLOCK, FIBRE_X, STATE_ROWS, Laminate
-from knittest.kernels.state import ALONG, Drive
+from knittest.kernels.state import Drive
 from knittest.kernels.tool_contact import FREE, HELD
 from knittest.laboratory.forming.rig import FormingTest
 from knittest.models.boundary import Boundary
@@ -23,48 +21,15 @@ from knittest.models.fabric_model import FabricModel
 from knittest.models.surface import TriangleMesh
 from knittest.models.tool import Table, Tool
 from knittest.models.yarn_contact import CONTACT_DAMPING
+from knittest.runs.deck.drives import AXES, constraints, knots_of, loads_of
+from knittest.runs.deck.sheet_layers import LAYERS, Sheet, fibre_curves, shear_curve, sheet_of
 
 Array = NDArray[np.float64]
 
-#: layers, each a third of the section: outer, middle, outer
-LAYERS = 3
 #: modulus of the matrix, which the material requires, over the smallest shear modulus of the fibres
 MATRIX_SHARE = 1e-2
 #: yield stress over the modulus of the matrix: it never yields
 YIELD_STRESS_RATIO = 1e6
-#: largest compression of fibres, strain beyond the law's last knee, and largest shear angle [rad] of the curves
-COMPRESSED, BEYOND, SHEARED = -0.5, 0.5, 1.5
-#: component of a direction that counts as zero, and largest difference of the direction between shell elements
-LEVEL, UNEVEN = 1e-3, 0.1
-
-
-def warp_direction(model: FabricModel) -> Array:
-    """Warp direction of all shell elements, (3,); raises :class:`InputError` where it differs between them."""
-    element = np.arange(len(model.mesh.cells))
-    at = (element // BLOCK) * STATE_ROWS * BLOCK + element % BLOCK
-    warp = np.column_stack([model.shells.state[at + int(FIBRE_X) + k * BLOCK] for k in range(3)])
-    mean: Array = warp.mean(axis=0)
-    mean[np.abs(mean) < LEVEL] = 0.0
-    if np.abs(warp - mean).max() > UNEVEN:
-        raise InputError("deck: the warp direction differs between shell elements; expected one direction")
-    return mean / np.linalg.norm(mean)
-
-
-def fibre_curves(card: Laminate, direction: int) -> list[tuple[Array, Array]]:
-    """Strain [-] and force per width [N/mm] of an outer layer and of the middle one along ``direction``."""
-    knee, slope = card.knee[direction], card.slope[direction]
-    strain = np.unique(np.concatenate([[COMPRESSED, 0.0], knee, [knee.max() + BEYOND]]))
-    middle = card.compression[direction] * np.minimum(strain, 0.0)
-    middle += (slope * np.maximum(strain[:, None] - knee, 0.0)).sum(axis=1)
-    return [(strain, card.outer[direction] * strain), (strain, middle)]
-
-
-def shear_curve(card: Laminate) -> tuple[Array, Array]:
-    """Shear angle [rad] and force [N/mm] per width conjugate to it, for both senses."""
-    half = np.unique(np.concatenate([[0.0], card.shear_knee, [SHEARED]]))
-    half = half[half <= SHEARED]
-    force = (card.shear_slope * np.maximum(half[:, None] - card.shear_knee, 0.0)).sum(axis=1)
-    return np.concatenate([-half[:0:-1], half]), np.concatenate([-force[:0:-1], force])
 
 
 class Part(NamedTuple):
@@ -99,11 +64,9 @@ def add_nodes(deck: KeywordFile, points: Array) -> int:
 def add_sheet(deck: KeywordFile, model: FabricModel) -> Part:
     """Add nodes, shell elements, section, layers and their materials; returns the part of the fabric."""
     add_nodes(deck, model.position())
-    thick = 2.0 * model.laminate.layer_offset
-    a, b, c, d = np.moveaxis(model.position()[model.mesh.cells], 1, 0)
-    area = float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
-    density = float(model.mass.sum()) / (area * thick)
-    materials, section = _materials(deck, model, thick, density), deck.number_for("section")
+    sheet = sheet_of(model)
+    thick = sheet.thick
+    materials, section = _materials(deck, model, sheet), deck.number_for("section")
     fabric, plies = deck.number_for("part"), [deck.number_for("part") for _ in range(2)]
     add_block(deck, "INTEGRATION_SHELL", "irid nip esop failopt", 1, LAYERS, 0, 0)
     share = 1.0 / LAYERS
@@ -122,8 +85,9 @@ def add_sheet(deck: KeywordFile, model: FabricModel) -> Part:
     return Part(fabric, "fabric", surface)
 
 
-def _materials(deck: KeywordFile, model: FabricModel, thick: float, density: float) -> list[int]:
-    card, ply = model.laminate, thick / LAYERS
+def _materials(deck: KeywordFile, model: FabricModel, sheet: Sheet) -> list[int]:
+    card, thick, warp = model.laminate, sheet.thick, sheet.warp
+    density, ply = sheet.area_mass / thick, thick / LAYERS
     angle, force = shear_curve(card)
     shear = deck.curve("fabric: shear stress [MPa] over the shear angle [rad]", angle, force / thick)
     softest = float((force[angle > 0.0] / angle[angle > 0.0]).min()) / thick
@@ -141,7 +105,6 @@ def _materials(deck: KeywordFile, model: FabricModel, thick: float, density: flo
         numbers.append(deck.number_for("material"))
         deck.keyword("MAT_REINFORCED_THERMOPLASTIC_TITLE", f"fabric, {name}: fibres along warp and weft")
         deck.card("mid ro em lcem prm lcprm lcsigy beta", numbers[-1], density, matrix, 0, 0.0, 0, hardening, 0.0)
-        warp = warp_direction(model)
         across = np.cross([0.0, 0.0, 1.0], warp)
         deck.card("nfib aopt u u u a1 a2 a3", 2, 2.0, None, None, None, *warp.tolist())
         deck.card("v1 v2 v3 d1 d2 d3 mangl thick", 0.0, 0.0, 0.0, *across.tolist(), 0.0, 0.0)
@@ -157,23 +120,12 @@ def _materials(deck: KeywordFile, model: FabricModel, thick: float, density: flo
 
 #: degrees of freedom in the deck by those of the kernel
 DOF = (1, 2, 3, 5, 6, 7)
-AXES = ("x", "y", "z", "rx", "ry", "rz")
-#: extension of a curve beyond the end of the run, and shift of a knot off the one before, over the duration
-SPARE, NUDGE = 0.01, 1e-9
 VELOCITY = 0
 
 
 def add_curve(deck: KeywordFile, title: str, table: Table, end: float) -> int:
-    """Add ``table`` from 0 to beyond ``end`` [ms], where the solver takes it as 0; returns its number."""
-    time, value = np.array(table.time, float), np.array(table.value, float)
-    last = end * (1.0 + SPARE)
-    inside = (time > 0.0) & (time < last)
-    ends = np.interp([0.0, last], time, value)
-    time, value = np.concatenate([[0.0], time[inside], [last]]), np.concatenate([ends[:1], value[inside], ends[1:]])
-    same = np.append(False, (np.diff(time) == 0.0) & (np.diff(value) == 0.0))
-    time, value = time[~same], value[~same]
-    time = time + NUDGE * end * np.cumsum(np.append(False, np.diff(time) == 0.0))
-    return deck.curve(title, time, value)
+    """Add ``table`` from 0 to beyond ``end`` [ms]; returns its number."""
+    return deck.curve(title, *knots_of(table, end))
 
 
 def add_set(deck: KeywordFile, kind: str, title: str, members: Iterable[int]) -> int:
@@ -185,47 +137,39 @@ def add_set(deck: KeywordFile, kind: str, title: str, members: Iterable[int]) ->
     return number
 
 
-def add_motions(deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: list[Table], end: float) -> None:
+def add_motions(
+    deck: KeywordFile, model: ExplicitModel, drive: Drive, tables: list[Table], end: float, damping: float
+) -> None:
     """Add constraints, motions, loads of ``drive`` up to ``end`` [ms]; raises :class:`InputError` for oblique ones."""
-    node, dof, table = (np.asarray(a) for a in (drive.motions.node, drive.motions.dof, drive.motions.table))
-    scale = drive.motions.scale
-    if (dof >= ALONG).any():
-        raise InputError("deck: motions along oblique axes are not supported; expected motions along x, y or z")
-    still = (scale == 0.0) | np.array([not any(t.value) for t in tables])[table]
-    held = np.zeros((model.n_nodes, 6), bool)
-    held[model.mass == 0.0] = True  # clamped nodes
-    held[node[~still], dof[~still]] = False
-    held[node[still], dof[still]] = True
-    for flags in np.unique(held[held.any(axis=1)], axis=0):
-        names = ", ".join(name for name, flag in zip(AXES, flags, strict=True) if flag)
-        nodes = add_set(deck, "node", f"held in {names}", np.flatnonzero((held == flags).all(axis=1)) + 1)
+    held, moved = constraints(model, drive, tables)
+    for one in held:
+        nodes = add_set(deck, "node", one.title, one.nodes + 1)
         names = "nsid cid dofx dofy dofz dofrx dofry dofrz"
-        add_block(deck, "BOUNDARY_SPC_SET", names, nodes, 0, *(int(flag) for flag in flags))
+        add_block(deck, "BOUNDARY_SPC_SET", names, nodes, 0, *(int(flag) for flag in one.flags))
     curves: dict[int, int] = {}
-    for number, axis in sorted({(int(t), int(d)) for t, d in zip(table[~still], dof[~still], strict=True)}):
-        of = ~still & (table == number) & (dof == axis)
-        if number not in curves:
-            curves[number] = add_curve(deck, f"velocity {number} [mm/ms] over time [ms]", tables[number], end)
-        moved, share, keyword = node[of] + 1, scale[of], "BOUNDARY_PRESCRIBED_MOTION_NODE"
+    for table, axis, nodes_moved, share in moved:
+        if table not in curves:
+            curves[table] = add_curve(deck, f"velocity {table} [mm/ms] over time [ms]", tables[table], end)
+        numbers, keyword = nodes_moved + 1, "BOUNDARY_PRESCRIBED_MOTION_NODE"
         if np.all(share == share[0]):  # one set, else a row for each node with its share of the curve
-            moved, share = np.array([add_set(deck, "node", f"moved along {AXES[axis]}", moved)]), share[:1]
+            numbers, share = np.array([add_set(deck, "node", f"moved along {AXES[axis]}", numbers)]), share[:1]
             keyword = "BOUNDARY_PRESCRIBED_MOTION_SET"
         deck.keyword(keyword)
-        rows = [(int(n), DOF[axis], VELOCITY, curves[number], float(s)) for n, s in zip(moved, share, strict=True)]
+        rows = [(int(n), DOF[axis], VELOCITY, curves[table], float(s)) for n, s in zip(numbers, share, strict=True)]
         deck.rows("id dof vad lcid sf", rows)
-    _add_loads(deck, drive, tables, end)
+    _add_loads(deck, drive, tables, end, damping)
 
 
-def _add_loads(deck: KeywordFile, drive: Drive, tables: list[Table], end: float) -> None:
-    loads, rows = drive.loads, []
-    curves: dict[int, int] = {}
-    for first, length, at, dof, table in zip(loads.node, loads.length, loads.at, loads.dof, loads.table, strict=True):
-        if int(table) not in curves:
-            curves[int(table)] = add_curve(deck, "load over its size", tables[int(table)], end)
-        curve, values = curves[int(table)], loads.value[at : at + length]
+def _add_loads(deck: KeywordFile, drive: Drive, tables: list[Table], end: float, damping: float) -> None:
+    curves, rows = dict[int, int](), list[tuple[int, int, int, float]]()
+    for load in loads_of(drive, tables, damping):
+        if id(load.table) not in curves:
+            title = "acceleration of a guide over its scale" if load.guides else "load over its size"
+            curves[id(load.table)] = add_curve(deck, title, load.table, end)
+        curve = curves[id(load.table)]
         rows += [
-            (int(first) + k + 1, DOF[int(dof)], curve, float(value))
-            for k, value in enumerate(values)
+            (int(node) + 1, DOF[load.axis], curve, float(value))
+            for node, value in zip(load.nodes, load.value, strict=True)
             if value != 0.0  # the solver reads a factor of 0 as its default, 1
         ]
     if rows:
