@@ -145,7 +145,12 @@ def _similar_fabrics(run: Run) -> Iterator[Fabric]:
     own = _fabric_leaves(run.fabric)
     for fabric in (fabric for name in names for fabric in _shipped_versions(name, run.parameters)):
         stated = tuple(field for field in fields if field_value(fabric, field) is not None)
-        if stated and fabric.macro.missing_card_parts != CARD and not _changed_fields(own, _fabric_leaves(fabric), stated):
+        given = stated and all(field_value(run.fabric, field) is not None for field in stated)
+        if (
+            given
+            and fabric.macro.missing_card_parts != CARD
+            and not _changed_fields(own, _fabric_leaves(fabric), stated)
+        ):
             yield fabric
 
 
