@@ -313,9 +313,13 @@ class Fabric(Strict):
 
     def is_carried_by_loops(self, direction: str, scale: str) -> bool:
         """Tell whether loops alone carry tension along ``direction``; at the macro scale by a law of two strains."""
-        if scale == "macro" and self.macro.tension is not None:
-            return False
-        return self.has_yarns and not self.inlays_along(direction)
+        law = self.has_soft_law if scale == "macro" else self.has_yarns
+        return law and not self.inlays_along(direction)
+
+    @property
+    def has_soft_law(self) -> bool:
+        """Tell whether the macro model has, or derives, a law of two strains, as there are no inlays in a direction."""
+        return self.macro.tension is None and self.has_yarns and not self.has_inlays_both_ways
 
     def yarn_bending_n_mm(self, direction: str) -> float:
         """Bending stiffness per width [N mm] of the inlays along ``direction``, side by side; without inlays there that

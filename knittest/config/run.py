@@ -174,6 +174,9 @@ class Run(Strict):
         meso = meso.model_copy(update={"elements_per_wave": min(needed, MOST_IN_WAVE)})
         return self.model_copy(update={"model": self.model.model_copy(update={"meso": meso})})
 
+    #: such values of a macro model whose fabric has a law of two strains: its waves are slow
+    soft_sheet: ClassVar[Mapping[tuple[str, str], float]] = {}
+
     @property
     def pulls_loops(self) -> bool:
         """Tell whether the test pulls a direction without inlays, in which loops carry the force of a meso model."""
@@ -181,7 +184,7 @@ class Run(Strict):
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Fields of rig and solver with values that suit the structure of the fabric, where the user states none."""
-        return {}
+        return dict(self.soft_sheet) if self.model.scale == "macro" and self.fabric.has_soft_law else {}
 
     @property
     def direction(self) -> str:

@@ -146,11 +146,9 @@ def _similar_fabrics(run: Run) -> Iterator[Fabric]:
     for fabric in (fabric for name in names for fabric in _shipped_versions(name, run.parameters)):
         stated = tuple(field for field in fields if field_value(fabric, field) is not None)
         given = stated and all(field_value(run.fabric, field) is not None for field in stated)
-        if (
-            given
-            and fabric.macro.missing_card_parts != CARD
-            and not _changed_fields(own, _fabric_leaves(fabric), stated)
-        ):
+        if not given or fabric.macro.missing_card_parts == CARD:
+            continue
+        if not _changed_fields(own, _fabric_leaves(fabric), stated):
             yield fabric
 
 

@@ -1,5 +1,6 @@
 """Config of the bias extension test: fields, presets and the sheet of shells."""
 
+from collections.abc import Mapping
 from math import sqrt
 from typing import Any, ClassVar, Literal, Self
 
@@ -43,6 +44,7 @@ class BiasExtensionRun(Run):
     """A bias extension test."""
 
     rig: BiasExtensionRig = Field(default_factory=BiasExtensionRig)
+    soft_sheet: ClassVar[Mapping[tuple[str, str], float]] = {("solver", "speed"): 0.05, ("solver", "damping"): 0.002}
 
 
 #: width of a strip of yarns [mm]; it is twice as long

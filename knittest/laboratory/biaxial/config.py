@@ -1,5 +1,6 @@
 """Config of the biaxial test: fields and presets."""
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 from pydantic import Field
@@ -38,6 +39,9 @@ class BiaxialRun(Run):
     """A biaxial test."""
 
     rig: BiaxialRig = Field(default_factory=BiaxialRig)
+    soft_sheet: ClassVar[Mapping[tuple[str, str], float]] = {
+        ("rig", "max_strain"): 10.0, ("solver", "speed"): 0.1, ("solver", "damping"): 0.02,
+    }  # fmt: skip
 
     @property
     def pulls_loops(self) -> bool:
@@ -47,7 +51,7 @@ class BiaxialRun(Run):
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Knits stretch by tens of per cent under small forces."""
-        return dict(KNIT) if self.pulls_loops else {}
+        return dict(KNIT) if self.pulls_loops else super().structure_defaults()
 
 
 #: strain [%], speed [m/s] and damping [1/ms] of squares of loops without inlays

@@ -68,7 +68,9 @@ class FormingRun(Run):
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Blanks whose loops carry a direction are formed slowly."""
-        return {} if self.model.scale == "macro" or self.fabric.has_inlays_both_ways else dict(LOOPS)
+        if self.model.scale == "macro" or self.fabric.has_inlays_both_ways:
+            return super().structure_defaults()
+        return dict(LOOPS)
 
     def with_derived_numbers(self) -> Self:
         """Return the run with in-plane bending of its inlays, or without if ``rig`` turns it off."""

@@ -1,5 +1,6 @@
 """Config of the picture frame test: fields, presets, and the origin of its results."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any, ClassVar, Literal, Self
 
@@ -76,6 +77,7 @@ class PictureFrameRun(Run):
     """A picture frame test."""
 
     rig: PictureFrameRig = Field(default_factory=PictureFrameRig)
+    soft_sheet: ClassVar[Mapping[tuple[str, str], float]] = {("solver", "speed"): 0.1}
 
 
 #: side of a square of yarns [mm]
