@@ -140,15 +140,12 @@ def _similar_fabrics(run: Run) -> Iterator[Fabric]:
     fields = [field for field in deciding_fields(run) if field.startswith("macro.")]
     if run.fabric.name in names:
         names = [run.fabric.name]
-    elif not fields:
+    elif not fields or run.fabric.macro.biaxial is not None:
         return
     own = _fabric_leaves(run.fabric)
     for fabric in (fabric for name in names for fabric in _shipped_versions(name, run.parameters)):
         stated = tuple(field for field in fields if field_value(fabric, field) is not None)
-        given = stated and all(field_value(run.fabric, field) is not None for field in stated)
-        if not given or fabric.macro.missing_card_parts == CARD:
-            continue
-        if not _changed_fields(own, _fabric_leaves(fabric), stated):
+        if fabric.macro.missing_card_parts != CARD and not _changed_fields(own, _fabric_leaves(fabric), stated):
             yield fabric
 
 

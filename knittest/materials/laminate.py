@@ -186,8 +186,8 @@ FOR_BENDING = 2.4
 def scale_membrane(card: Laminate, share: float) -> Laminate:
     """A share of the membrane stiffness at rest, in tension and compression, with the same bending.
 
-    For tests that strain a fabric so little that no knee of its tension curve counts. Slack loops, whose fabric has a
-    law of two strains, get at least what bending needs. Raises :class:`InputError` when less is left than bending needs.
+    For tests that strain a fabric so little that no knee of its tension curve counts. With a law of two strains, as of
+    slack loops, it is at least what bending needs. Raises :class:`InputError` when less is left than bending needs.
     """
     rest = card.slope[:, 0] + 2.0 * card.outer
     if card.energy is not None:
