@@ -29,7 +29,7 @@ LEAST_FORCE = 0.02
 LOCKING_RATIOS, TANGENT_RATIOS = np.geomspace(0.5, 2.0, 21), np.array([-2.0, -0.5, 0.25, 1.0, 4.0])
 LOOP_RATIOS = np.geomspace(0.1, 10.0, 7)
 #: intervals of the curvature along a combination, from its lowest to its highest value in the samples
-INTERVALS = 40
+INTERVALS = 30
 #: weight of second differences between neighbouring curvatures
 SMOOTHNESS = 0.01
 #: tangent of each direction, over its largest force and range, that the energy has at least: slack loops have none

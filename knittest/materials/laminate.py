@@ -10,6 +10,7 @@ the outer layers leave of it, whatever its sign.
 """
 
 from collections.abc import Mapping
+from functools import cache
 from math import ceil, sqrt
 
 import numpy as np
@@ -164,7 +165,15 @@ def laminate(
 
 def fit_table(fabric: Fabric, table: BiaxialTable) -> BiaxialFit:
     """Law of ``table`` of ``macro.biaxial``; raises :class:`InputError` as :func:`fit_law`."""
-    return fit_law(table, fabric.macro.compression_ratio.value, _biaxial_name(fabric))
+    shape, numbers = table.force.shape, (table.warp.tobytes(), table.weft.tobytes(), table.force.tobytes())
+    return _fit_once(shape, numbers, fabric.macro.compression_ratio.value, _biaxial_name(fabric))
+
+
+@cache
+def _fit_once(shape: tuple[int, ...], numbers: tuple[bytes, ...], compression_ratio: float, where: str) -> BiaxialFit:
+    """Law of a table of given numbers: a run asks for it several times, and a fit takes a second."""
+    warp, weft, force = (np.frombuffer(part) for part in numbers)
+    return fit_law(BiaxialTable(warp, weft, force.reshape(shape)), compression_ratio, where)
 
 
 def _biaxial_name(fabric: Fabric) -> str:

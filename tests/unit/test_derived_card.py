@@ -3,6 +3,7 @@
 import hashlib
 import json
 
+import homogenise_cases
 import numpy as np
 import pytest
 import yaml
@@ -15,8 +16,10 @@ from knittest.config.loading import resolve
 from knittest.config.settings import leaf_values
 from knittest.config.suspicious_values import find_suspicious_values
 from knittest.config.yaml_writer import dump
-from knittest.laboratory.base import fabric_laminate, tension_curves
-from knittest.studies.homogenise import derived_card
+from knittest.laboratory.base import biaxial_table, fabric_laminate, tension_curves
+from knittest.materials.biaxial import contraction_of
+from knittest.materials.laminate import fit_table, scale_membrane
+from knittest.studies.homogenise import card, derived_card
 from knittest.studies.homogenise.derived_card import complete_cards, missing_parts, paths_to_run
 from knittest.studies.homogenise.plan import PLANNED_TESTS
 
@@ -194,3 +197,50 @@ def test_shells_of_a_fabric_without_a_card_break_with_its_yarns(pool, tmp_path, 
     assert knittest(["tensile", "--variant", "mine", *arguments, "--out", "r", "--json"]) == 0
     peak = yaml.safe_load(capsys.readouterr().out)["results"]["peak_force_n"]
     assert peak == pytest.approx(50.0 * 0.28 * YARN_FORCE, rel=0.01)
+
+
+def knit_forces(strain):
+    """Forces (n, 2) of loops that lock along warp + 0.5 weft, and hardly resist else; a gradient of an energy."""
+    locking = 2.0 * np.maximum(strain @ [1.0, 0.5], 0.0) ** 2
+    return 0.02 * strain + locking[:, None] * [1.0, 0.5]
+
+
+@pytest.fixture
+def knit(pool, monkeypatch):
+    """Jersey without a card, whose paths are :func:`knit_forces`."""
+    monkeypatch.setattr(homogenise_cases, "coupled", knit_forces)
+    assert knittest(["new", "soft", "--structure", "jersey"]) == 0
+    return pool
+
+
+def test_loops_without_inlays_get_one_law_of_both_strains(knit):
+    """From eleven paths; strips contract as the energy says, and nothing fails."""
+    run = resolve(variant="soft", scale="macro", preset="quick", test="tensile", direction="warp")
+    assert run.pulls_loops and run.rig.max_strain == 40.0
+    assert [cell.rig.path for cell in paths_to_run(run)] == ["steps"] * 11 + ["bending", "bending", "shear"]
+    (done,) = complete_cards([run], quiet=True)
+    macro = done.fabric.macro
+    assert macro.tension is None and macro.fracture_strain is None and macro.missing_card_parts == ()
+    assert macro.biaxial.source == "derived" and macro.biaxial.curve is None and missing_parts(done) == ()
+    table = biaxial_table(done.fabric)
+    strain, force = table.samples
+    assert force == pytest.approx(knit_forces(strain), abs=0.02 * force.max())
+    fit = fit_table(done.fabric, table)
+    pull = np.linspace(0.05, 0.3, 6)
+    across = contraction_of(fit.law, 0, pull)
+    other = knit_forces(np.column_stack([pull, across]))[:, 1]
+    assert np.abs(other).max() < 0.01 * knit_forces(np.column_stack([pull, across]))[:, 0].max() and across[-1] < -0.2
+    again = complete_cards([resolve(variant="soft", scale="macro", preset="quick", test="biaxial")], quiet=True)
+    assert len(knit) == 1 and again[0].fabric.macro.biaxial == macro.biaxial  # from the cache
+
+
+def test_slack_loops_bend_with_the_least_stiffness_of_a_card(knit, monkeypatch):
+    """Marked as assumed; a strip of such shells hangs by that stiffness, whatever its slack loops resist."""
+    monkeypatch.setitem(homogenise_cases.BENDING, "warp", 0.0)
+    (done,) = complete_cards([resolve(variant="soft", scale="macro", preset="quick", test="cantilever")], quiet=True)
+    bending = done.fabric.macro.bending_stiffness
+    assert (bending.warp.value, bending.warp.source) == (card.LEAST_BENDING, "assumed")
+    assert "slack loops bend with less" in bending.warp.ref and bending.weft.source == "derived"
+    sheet = fabric_laminate(done)
+    flat = scale_membrane(sheet, 0.01)
+    assert (flat.slope[:, 0] + 2.0 * flat.outer >= 2.0 * flat.outer * 1.19).all()

@@ -24,6 +24,7 @@ from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED, homogenised_law
 from knittest.laboratory.tensile.config import TensileRun
+from knittest.materials.biaxial import SLACK
 from knittest.materials.biaxial_table import BiaxialTable
 from knittest.materials.energy_fit import fit_energy
 from knittest.materials.heavy_elastica import stiffness_of
@@ -179,7 +180,17 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, f
     law, deviation = fit_energy(strain, np.vstack(forces), "paths of the cell")
     found[known] = sample_table(grid[known], law)[:, :2]
     found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
-    return BiaxialTable(lines[0], lines[1], found), deviation
+    ends = [_last_contraction(lines[i], np.moveaxis(found[..., 1 - i], i, 0)) for i in range(2)]
+    return BiaxialTable(lines[0][: ends[0]], lines[1][: ends[1]], found[: ends[0], : ends[1]]), deviation
+
+
+def _last_contraction(along: Array, cross: Array) -> int:
+    """Number of strains ``along`` a direction up to which the paths reach the free contraction of strips: the ``cross``
+    forces (n, m), those of the other direction, then include one that pushes, or hardly any.
+    """
+    slack = SLACK * float(np.nanmax(np.abs(cross)))
+    reached = (along <= 0.0) | (np.fmin.reduce(cross, axis=1) <= slack)
+    return len(along) if reached.all() else int(np.argmin(reached))
 
 
 def _contracts(end: Array, direction: int) -> bool:
