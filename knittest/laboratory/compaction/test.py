@@ -232,8 +232,8 @@ def locking_warning(run: CompactionRun, reached: float) -> tuple[str, ...]:
     if reached >= run.rig.max_pressure:
         return ()
     return (
-        f"the fabric locks at {reached:.3g} kPa: contacts of the yarns store {100.0 * LOCKED:g} % of the work. The test "
-        f"ends there, before rig.max_pressure = {run.rig.max_pressure:g} kPa",
+        f"the fabric locks at {reached:.3g} kPa: contacts of the yarns store {100.0 * LOCKED:g} % of the work. The "
+        f"test ends there, before rig.max_pressure = {run.rig.max_pressure:g} kPa",
     )
 
 
