@@ -13,13 +13,22 @@ from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.bias_extension.strip import cut_bias_yarns, strip_of
 from knittest.laboratory.bias_extension.test import BiasExtension
 from knittest.laboratory.bias_extension.zones import material_points
+from knittest.laboratory.compaction.test import (
+    PILING_SHARE,
+    CompactionTest,
+    largest_closing,
+    locking_warning,
+    piled_height,
+)
 from knittest.laboratory.forming.results import SIDES, draw_in
 from knittest.laboratory.forming.rig import count_swapped_crossings
 from knittest.laboratory.forming.test import Forming, allowed_depth
 from knittest.laboratory.friction.rig import force_shares
+from knittest.laboratory.picture_frame.rig import SOFT_START, start_up_angle
 from knittest.laboratory.picture_frame.test import PictureFrame, measure_wrinkles
 from knittest.laboratory.pull_out.test import PullOut
 from knittest.laboratory.strips import cut_piece, material_angles, yarn_nodes
+from knittest.models.contact_tracker import DEPTH_SHARE, PORTION, SMALL_PORTION
 from knittest.models.meso import build_meso, is_soft
 
 ANGLE = 0.3
@@ -173,3 +182,43 @@ def test_needles_hold_the_arcs_of_the_first_and_last_course(variant):
     rows = yarn_nodes(model.mesh, "knit")
     assert [len(held & set(row[1:-1].tolist())) for row in rows[1:-1]] == [0] * (len(rows) - 2)
     assert len(held & set(rows[0][1:-1].tolist())) == 6 and len(held & set(rows[-1][1:-1].tolist())) in (5, 6)
+
+
+def plates_on(variant: str) -> tuple:
+    """Run of a compaction test, and its plates 4 mm apart."""
+    run = run_of("compaction", variant)
+    return run, CompactionTest(run, (-1.9, 1.9), np.full(2, 10.0), np.zeros(1), np.zeros(0, np.int64))
+
+
+def test_plates_close_to_the_piled_yarns_of_a_rib_slowly():
+    run, rig = plates_on("rib")
+    piled, speed = piled_height(run.fabric), run.solver.speed_mm_per_ms
+    assert largest_closing(run.fabric, 4.0) > 4.0 - piled and rig.locks
+    slow = [t for t in np.linspace(0.0, rig.duration, 500) if 4.0 - rig.closing.integral(t) < piled]
+    assert np.interp(slow, rig.closing.time, rig.closing.value) == pytest.approx(PILING_SHARE * speed)
+    _, firm = plates_on("1")
+    assert firm.closing.value[-1] == pytest.approx(speed) and not firm.locks
+
+
+def test_fabric_that_locks_says_at_which_pressure():
+    run, _ = plates_on("rib")
+    assert "locks at 60 kPa" in locking_warning(run, 60.0)[0] and not locking_warning(run, 1000.0)
+
+
+def test_late_contacts_of_pressed_soft_yarns_get_a_share_of_the_mean_depth():
+    tracker = square("weft-only")[1].model.tracker
+    tracker.settle()
+    tracker.recovering = 1
+    gap = np.linalg.norm(tracker.contacts.offset[:, : tracker.count], axis=0)
+    radius = tracker.group.radius[tracker.contacts.piece[:, : tracker.count]].min(axis=0)
+    found = []
+    for depth in (0.0, 0.01, 0.5):
+        tracker.contacts.reach[: tracker.count] = gap + depth * radius
+        found.append(tracker.portion())
+    assert found == pytest.approx([SMALL_PORTION, DEPTH_SHARE * 0.01, PORTION])
+
+
+@pytest.mark.parametrize("speed", [3.0, 0.3])
+def test_frame_accelerates_soft_yarns_up_to_an_angle_at_any_speed(speed):
+    found = [start_up_angle(run_of("picture-frame", v, f"solver.speed={speed}")) for v in ("90-0-90-0", "1")]
+    assert found[0] >= 0.999 * SOFT_START and (found[1] < SOFT_START or speed == 3.0)

@@ -27,10 +27,14 @@ from knittest.laboratory.picture_frame.pictures import ARMS, WIDE
 from knittest.laboratory.strips import plate_block, values_at_frames
 from knittest.materials.trellis import crosshead, normalised_force
 from knittest.models.boundary import Boundary, Readings
+from knittest.models.meso import is_soft
 from knittest.models.tool import Table, ramp
 
 #: shear angles at which results are read [deg]
 ANGLES = (10.0, 20.0, 30.0, 40.0)
+#: angle [deg] up to which the frame accelerates soft yarns at least: fabrics that hardly resist shear would swing on
+#: after a shorter ramp, however slow the frame is
+SOFT_START = 5.0
 #: knots of the motion tables, for each way of the crosshead
 KNOTS = 2000
 
@@ -48,7 +52,7 @@ class PictureFrameTest(TestRig):
         self.ring_length = self.fabric_side
         self.side = rig.side_mm if rig.frame_side_mm is None else rig.frame_side_mm
         self.slack = rig.mounting_slack_fraction
-        start = run.solver.ramp_ms
+        start = ramp_time(run)
         self.close = ramp(start, self.slack)
         stops = np.deg2rad(rig.stops).tolist()
         self.mounted_at = start
@@ -107,10 +111,20 @@ class PictureFrameTest(TestRig):
 
 def start_up_angle(run: PictureFrameRun) -> float:
     """Shear angle [deg] up to which the frame accelerates the fabric."""
-    side, ramp_ms = run.rig.frame_side_mm or run.rig.side_mm, run.solver.ramp_ms
-    rate = sqrt(2.0) * run.solver.speed_mm_per_ms / side
     first = np.deg2rad(run.rig.stops[0])
-    return float(np.rad2deg(0.5 * min(rate * ramp_ms, first)))
+    return float(np.rad2deg(0.5 * min(_full_rate(run) * ramp_time(run), first)))
+
+
+def ramp_time(run: PictureFrameRun) -> float:
+    """Time [ms] in which the frame reaches its speed: that of the solver, or longer with soft yarns."""
+    if run.model.scale == "macro" or not is_soft(run.fabric):
+        return run.solver.ramp_ms
+    return max(run.solver.ramp_ms, 2.0 * float(np.deg2rad(SOFT_START)) / _full_rate(run))
+
+
+def _full_rate(run: PictureFrameRun) -> float:
+    """Rate of the shear angle [rad/ms] at the speed of the crosshead."""
+    return sqrt(2.0) * run.solver.speed_mm_per_ms / (run.rig.frame_side_mm or run.rig.side_mm)
 
 
 def _shear_rate(start: float, speed: float, stops: Sequence[float], halts: bool) -> Table:
