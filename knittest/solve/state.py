@@ -29,7 +29,6 @@ from knittest.models.explicit_model import (
 )
 from knittest.solve.pace import Pace
 
-
 #: energy of contacts over work at which yarns that are sheared have locked
 LOCKED = 0.10
 

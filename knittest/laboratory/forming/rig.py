@@ -17,8 +17,8 @@ from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
 from knittest.laboratory.quality_checks import TRY_TEXT, SuggestedSetting, advise_finer_shells
 from knittest.laboratory.strips import pitch_vectors, stitch_counts
-from knittest.models.meso import is_soft
 from knittest.models.boundary import Boundary, Readings
+from knittest.models.meso import is_soft
 from knittest.models.tool import Table, Tool, plane, ramp
 from knittest.tooling.toolset import ToolSet
 
