@@ -13,6 +13,7 @@ from knittest.laboratory.biaxial.test import TAUT, BiaxialTest
 from knittest.laboratory.cantilever import meso_strip
 from knittest.laboratory.cantilever.test import Cantilever
 from knittest.laboratory.forming.test import Forming
+from knittest.laboratory.quality_checks import _lasting, _recovery_rows
 from knittest.laboratory.strips import carrying_width, inlays_across
 from knittest.laboratory.tensile.test import knit_results
 from knittest.models.contact_tracker import PORTION, SMALL_PORTION, ContactTracker
@@ -150,3 +151,16 @@ def test_contacts_of_soft_yarns_found_late_get_no_more_than_the_others_have(soft
     group = SimpleNamespace(soft=soft, images=None, radius=np.full(1, 0.5))
     tracker = SimpleNamespace(group=group, contacts=contacts, count=2, recovering=1)
     assert ContactTracker._largest_portion(tracker) == pytest.approx(portion)
+
+
+def test_overlap_of_soft_yarns_counts_when_it_stays_longer_than_its_recovery():
+    """A tenth of the radius takes 500 portions of 5 steps, 1 ms of steps of 0.4 us: 5 rows of 0.2 ms and two."""
+    history, cost = SimpleNamespace(energies={"time_ms": 0.2 * np.arange(20)}), SimpleNamespace(time_step=4e-4)
+    run = strip_of("jersey")
+    soft, stiff = (SimpleNamespace(model=SimpleNamespace(soft=one)) for one in (True, False))
+    assert _recovery_rows(run, soft, history, cost) == 7
+    assert _recovery_rows(run, stiff, history, cost) == 2
+    overlap = np.where(np.arange(20) // 3 == 1, 15.0, 0.0)
+    assert _lasting(overlap, 2).max() == 15.0
+    assert _lasting(overlap, 4).max() == 0.0
+    assert _lasting(np.full(3, 15.0), 7).max() == 15.0
