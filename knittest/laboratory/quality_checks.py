@@ -2,10 +2,11 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import ceil, isfinite
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from knittest.base.history import Array, History, InitialEquilibrium, Quality, checked_rows
 from knittest.base.kinds import kinds
@@ -14,6 +15,7 @@ from knittest.config.quality_checks import LEAST_ROWS, NEAR, SolverCheck, qualit
 from knittest.config.run import Run
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.shear_law_end import LawExcess, TableExcess, find_law_excess
+from knittest.models.contact_tracker import LEAST_STEPS, SMALL_PORTION
 from knittest.solve.state import LOCKED, SimulationCost
 
 #: least work [mJ] in a ratio
@@ -142,9 +144,8 @@ def assess(
     beyond, penetration = find_law_excess(run, history, span.to_failure), cost.penetration_max
     if not span.to_failure and "penetration_max_pct" in history.contacts:
         penetration = max(penetration, 0.01 * float(history.contacts["penetration_max_pct"].max(initial=0.0)))
-    # in two rows at least: a contact that was found late gets its force within a few rows
     free = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
-    lasting = [np.minimum(found, np.append(found[1:], found[-1:])) for found in free]
+    lasting = [_lasting(found, _recovery_rows(run, prepared, history, cost)) for found in free]
     quality = Quality(
         ke_over_ie_max=float(kinetic_ratios(run, history.energies)[rows].max()),
         energy_error_max=float(history.energies["energy_error"][rows].max()),
@@ -175,6 +176,24 @@ def assess(
             quality = evaluate_check(run, quality, gate, beyond, history.rest)
     quality = quality.with_warnings(*(history.rest.warnings if history.rest else ()))
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
+
+
+def _recovery_rows(run: Run, prepared: PreparedSpecimen, history: History, cost: SimulationCost) -> int:
+    """Rows in which force-free overlap must be present to count: a contact that was found late gets its force later.
+
+    That takes a few steps, of soft yarns many: :data:`SMALL_PORTION` of the radius in :data:`LEAST_STEPS` steps.
+    """
+    times = history.energies["time_ms"]
+    if not prepared.model.soft or len(times) < LEAST_ROWS:
+        return 2
+    steps = 0.01 * run.solver.max_force_free_overlap / SMALL_PORTION * LEAST_STEPS
+    return 2 + ceil(steps * cost.time_step / float(np.median(np.diff(times))))
+
+
+def _lasting(values: Array, rows: int) -> Array:
+    """Least of ``values`` (n,) in each of their rows and the ``rows`` - 1 after it."""
+    after = np.append(values, np.repeat(values[-1:], rows - 1))
+    return sliding_window_view(after, rows).min(axis=1) if len(values) else values
 
 
 def check_limit(quality: Quality, value: float, limit: float, text: str, remedy: str = "") -> Quality:

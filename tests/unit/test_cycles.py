@@ -15,7 +15,8 @@ from knittest.laboratory.quality_checks import locking_warning
 from knittest.laboratory.shear_law_end import end_with_shear_law
 from knittest.materials.trellis import crosshead
 from knittest.runs.specimen import prepare
-from knittest.solve.simulation import LOCKED, START_ROWS, is_locked
+from knittest.solve.simulation import START_ROWS, is_locked
+from knittest.solve.state import LOCKED
 
 
 def frame_rig(*sets: str) -> PictureFrameTest:
@@ -153,6 +154,7 @@ def rows(contact, work, n=START_ROWS + 1):
 
 def test_contacts_that_bear_a_tenth_of_the_work_lock():
     assert is_locked(rows(1.01 * LOCKED, 1.0)) and not is_locked(rows(0.99 * LOCKED, 1.0))
+    assert is_locked(rows(0.04, 1.0), 0.03) and not is_locked(rows(0.02, 1.0), 0.03)
     assert not is_locked(rows(1.0, 1.0, START_ROWS)), "the start has no work yet"
     assert not is_locked([*rows(0.05, 1.0), *rows(0.05, 0.1)]), "work that a frame gives back counts"
 

@@ -1,14 +1,25 @@
-"""Strips of loops: strain at given forces, contraction, defaults of their tests; inlays that a strip counts."""
+"""Pieces of loops: strain at given forces, contraction, defaults of their tests; inlays that a strip counts."""
 
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from export_sample import cost, quality, strip
 
 from knittest.base.files import configs_dir
+from knittest.base.history import History, Specimen
 from knittest.config.loading import resolve
+from knittest.laboratory.biaxial.test import TAUT, BiaxialTest
+from knittest.laboratory.cantilever import meso_strip
+from knittest.laboratory.cantilever.test import Cantilever
+from knittest.laboratory.forming.test import Forming
+from knittest.laboratory.quality_checks import _lasting, _recovery_rows
 from knittest.laboratory.strips import carrying_width, inlays_across
 from knittest.laboratory.tensile.test import knit_results
+from knittest.models.contact_tracker import PORTION, SMALL_PORTION, ContactTracker
+from knittest.runs.run_files import compare_run, references_of
+from knittest.solve.relaxation import Relaxation
+from knittest.solve.state import SimulationCost
 
 
 def strip_of(variant, *sets, direction="warp", test="tensile"):
@@ -46,6 +57,40 @@ def test_a_strip_without_inlays_along_it_is_pulled_farther_and_more_slowly():
     assert (stated.rig.max_strain, stated.solver.speed) == (25.0, 1.5)
 
 
+@pytest.mark.parametrize(
+    ("variant", "sets", "loops"),
+    [("jersey", (), True), ("weft-only", (), False), ("weft-only", ("rig.ratio=0",), True), ("1", (), False)],
+)
+def test_a_square_without_inlays_in_the_strained_directions_runs_until_its_loops_are_taut(variant, sets, loops):
+    run = strip_of(variant, "rig.side=10", *sets, test="biaxial")
+    assert run.pulls_loops == loops
+    assert (run.rig.max_strain, run.solver.speed) == ((40.0, 0.2) if loops else (4.0, 2.0))
+    rig = BiaxialTest(run, np.zeros(1, np.int64), 1, np.full(2, 10.0))
+    assert rig.locks == loops and rig.locked_share == TAUT
+
+
+def test_a_strip_of_loops_that_does_not_fail_is_compared():
+    """It has no fracture strain, so that no peak lies beyond a failure."""
+    run, curve = strip_of("jersey"), {"time_ms": np.arange(3.0), "strain_pct": np.arange(3.0), "force_n": np.ones(3)}
+    specimen = Specimen(History(strip(2, 2)[0], curve, {"time_ms": np.arange(3.0)}, []), {}, quality(), cost(), {})
+    assert "unjudged" not in compare_run(run, [specimen], references_of(run, ())).summary
+
+
+def test_loops_are_softer_than_their_legs_side_by_side():
+    """Half of the yarn of a loop twists. With EI / GJ = 1 only its length counts."""
+    fabric = strip_of("jersey", "fabric.knitting.torsion_ratio=1").fabric
+    legs = 2.0 * fabric.knitting.bending_stiffness_n_mm2 * fabric.density_per_mm.of("warp")
+    assert fabric.yarn_bending_n_mm("warp") == pytest.approx(legs * 2.0 * fabric.course_spacing / fabric.loop_length_mm)
+    softer = strip_of("jersey", "fabric.knitting.torsion_ratio=0.2").fabric
+    assert softer.yarn_bending_n_mm("warp") == pytest.approx(fabric.yarn_bending_n_mm("warp") / 3.0)
+
+
+@pytest.mark.parametrize(("variant", "speed"), [("weft-only", 0.1), ("0-90-0", 0.2), ("1", 0.2)])
+def test_blanks_whose_loops_carry_a_direction_are_formed_slowly(variant, speed):
+    run = resolve(variant=variant, test="forming", scale="meso", preset="quick")
+    assert run.solver.speed == speed
+
+
 def test_a_strain_that_the_fabric_file_states_stands(tmp_path):
     text = (configs_dir() / "fabrics" / "jersey.yaml").read_text(encoding="utf-8")
     path = tmp_path / "f.yaml"
@@ -66,3 +111,56 @@ def test_a_strip_without_inlays_has_the_width_of_its_wales():
     run = strip_of("jersey", f"rig.width={13 / 0.28}")
     assert inlays_across(run, "warp") == 0
     assert carrying_width(run, "warp") == pytest.approx(13 / 0.28)
+
+
+@pytest.mark.parametrize(("variant", "direction", "times"), [("jersey", "warp", 4), ("weft-only", "weft", 1)])
+def test_a_cantilever_without_inlays_along_it_settles_longer(variant, direction, times, monkeypatch):
+    run, steps = strip_of(variant, "rig.width=12", "rig.overhang=12", direction=direction, test="cantilever"), []
+    prepared = Cantilever().prepare(run)
+
+    def relax(*args, **_):
+        steps.append(args[5])
+        return Relaxation(1, 1)
+
+    monkeypatch.setattr(meso_strip, "relax", relax)
+    meso_strip._StripRelaxation(prepared, run, SimulationCost(), None).settle(100)
+    assert steps == [100 * times]
+
+
+@pytest.mark.parametrize(("variant", "mounted"), [("weft-only", 3.0), ("1", 0.0)])
+def test_pressing_soft_loops_by_the_holder_is_part_of_their_mounting(variant, mounted):
+    sets = (
+        "rig.blank_length=40", "rig.blank_width=40", "rig.stamp.kind=hemisphere", "rig.stamp.hemisphere.radius=8",
+        "rig.die.clearance=5", "rig.holder.clearance=5", "rig.depth=5", "rig.blank_holder_force=5",
+    )  # fmt: skip
+    run = resolve(variant=variant, test="forming", scale="meso", preset="quick", sets=sets)
+    assert Forming().prepare(run).rig.mounted_at == mounted
+
+
+@pytest.mark.parametrize(
+    ("soft", "depth", "portion"),
+    [(False, 1e-3, PORTION), (True, 1e-6, SMALL_PORTION), (True, 4e-3, 4e-3), (True, 0.1, PORTION)],
+)
+def test_contacts_of_soft_yarns_found_late_get_no_more_than_the_others_have(soft, depth, portion):
+    """Two contacts of yarns of 0.5 mm, one pressed to a ``depth`` over the radius, one open."""
+    contacts = SimpleNamespace(
+        reach=np.array([1.0, 1.0]),
+        piece=np.zeros((2, 2), np.int64),
+        offset=np.array([[1.0 - 0.5 * depth, 1.2], [0.0, 0.0], [0.0, 0.0]]),
+    )
+    group = SimpleNamespace(soft=soft, images=None, radius=np.full(1, 0.5))
+    tracker = SimpleNamespace(group=group, contacts=contacts, count=2, recovering=1)
+    assert ContactTracker._largest_portion(tracker) == pytest.approx(portion)
+
+
+def test_overlap_of_soft_yarns_counts_when_it_stays_longer_than_its_recovery():
+    """A tenth of the radius takes 500 portions of 5 steps, 1 ms of steps of 0.4 us: 5 rows of 0.2 ms and two."""
+    history, cost = SimpleNamespace(energies={"time_ms": 0.2 * np.arange(20)}), SimpleNamespace(time_step=4e-4)
+    run = strip_of("jersey")
+    soft, stiff = (SimpleNamespace(model=SimpleNamespace(soft=one)) for one in (True, False))
+    assert _recovery_rows(run, soft, history, cost) == 7
+    assert _recovery_rows(run, stiff, history, cost) == 2
+    overlap = np.where(np.arange(20) // 3 == 1, 15.0, 0.0)
+    assert _lasting(overlap, 2).max() == 15.0
+    assert _lasting(overlap, 4).max() == 0.0
+    assert _lasting(np.full(3, 15.0), 7).max() == 15.0

@@ -24,7 +24,7 @@ from knittest.solve.state import Observer, Simulation, SimulationCost
 # times the area, N L_x L_y de.
 
 
-#: energy of contacts over work from which on loops are taut: a little later they slip off their ends at the needles.
+#: energy of contacts over work from which on loops are taut: soon afterwards they slip off their cut ends at needles.
 #: Jersey, garter and rib get there at 15.4 to 17 % strain and 0.26 to 0.3 N/mm; jersey slips at 16.5 % and 0.43 N/mm
 TAUT = 0.03
 
