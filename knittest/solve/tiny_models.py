@@ -162,7 +162,7 @@ class _PullRig:
     duration = 0.02
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from, locks = 0.0, np.inf, False
+    mounted_at, averaged_from, locks, locked_share = 0.0, np.inf, False, np.inf
 
     def constrain(self, boundary: Boundary) -> None:
         along = boundary.model.position()[:, 1]

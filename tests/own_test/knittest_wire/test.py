@@ -24,7 +24,7 @@ class Grips:
 
     coordinate, force = "strain_pct", "force_n"
     marks: tuple[float, ...] = ()
-    mounted_at, averaged_from, locks = 0.0, np.inf, False
+    mounted_at, averaged_from, locks, locked_share = 0.0, np.inf, False, np.inf
 
     def __init__(self, run: WireRun) -> None:
         self.length, speed, rise = run.rig.length, run.solver.speed, run.solver.ramp  # mm, mm/ms, ms
