@@ -77,6 +77,7 @@ class Ticking:
     """A rig whose samples come every 40 steps of 0.5 ms simulated; each takes 0.1 s by the clock."""
 
     duration, coordinate, force, mounted_at, averaged_from, marks, locks = 1e9, "x", "f", 0.0, 1e9, (), False
+    locked_share = 1.0
 
     def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         return broken
