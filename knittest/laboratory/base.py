@@ -101,7 +101,8 @@ def tension_curves(fabric: Fabric) -> dict[Direction, ReferenceCurve]:
 
 def cut_curve_warnings(run: Run) -> tuple[str, ...]:
     """Warn of each curve that a stated fracture strain cuts, of a macro model."""
-    if run.model.scale != "macro" or run.fabric.macro.fracture_strain is None:
+    macro = run.fabric.macro
+    if run.model.scale != "macro" or macro.fracture_strain is None or macro.biaxial is not None:
         return ()
     return tuple(one.text() for one in curve_coverages(run.fabric, tension_curves(run.fabric)) if one.is_cut)
 

@@ -202,3 +202,14 @@ def test_loops_of_a_cell_are_drawn_in_as_the_fabric_says():
     joined = drawn.beams.alive > 0.0
     assert shorter[knit & joined] == pytest.approx(0.98) and shorter[~knit & joined] == pytest.approx(1.0)
     assert drawn.pressed and drawn.prestressed
+
+
+def test_a_cell_that_is_relaxed_on_its_way_stands_while_it_is():
+    """The motion begins later than any time step, as a relaxation reads all motions at the start; a row is 0.4 %."""
+    run = resolve(variant="jersey", test="cell", scale="meso", preset="quick", sets=["rig.path=weft"])
+    model = Cell().prepare(run)
+    rig = model.rig
+    assert rig.progress.integral(100.0 * model.model.critical_step) == 0.0 < rig.progress.integral(1.0)
+    assert rig.relaxed_rows == 100 and rig.rest_force > 0.0
+    assert rig.progress.integral(rig.duration) == pytest.approx(1.0)
+    assert Cell().prepare(run_of("rig.path=weft")).rig.relaxed_rows == 0

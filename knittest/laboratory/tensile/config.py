@@ -50,7 +50,7 @@ class TensileRun(Run):
         if self.model.scale == "macro":
             if "tension" in self.fabric.macro.missing_card_parts:
                 return self  # until the card is derived
-            if self.fabric.macro.fracture_strain is None:
+            if self.fabric.macro.fracture_strain is None or self.pulls_loops:
                 return self  # nothing fails
             quantity, name = (
                 self.fabric.macro.fracture_strain.of(rig.direction),

@@ -8,7 +8,7 @@ from knittest.base.history import Array, Frame, History, Quality
 from knittest.base.units import round_down
 from knittest.config.quality_checks import NEAR
 from knittest.experiment.time_history import NodeHistory
-from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
+from knittest.laboratory.base import PreparedSpecimen, biaxial_table, fabric_laminate
 from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.quality_checks import TARGET_SHARE, Span
 from knittest.laboratory.reactions import reactions_of
@@ -149,6 +149,8 @@ def middle_width(history: History, frame: Frame, axis: int) -> float:
     return float(edges[1] - edges[0])
 
 
+#: share of the largest strain of a law of two strains to which a strip is pulled: it is strained more at its clamps
+NEAR_END = 0.95
 #: largest uncertainty in time [%] of the peak force of a macro model; a warning above half of it
 PEAK_TIME_LIMIT = 4.0
 #: pitches inside each clamp of a meso model: enough to grip every yarn
@@ -161,8 +163,13 @@ class Tensile(FabricTest[TensileRun]):
     ends_at_failure = True
 
     def mount_shells(self, run: TensileRun, specimen: int) -> PreparedSpecimen:
-        """Make the strip of shells."""
-        rig, macro = run.rig, run.model.macro
+        """Make the strip of shells; loops are pulled as far as their law of two strains knows."""
+        macro, table = run.model.macro, biaxial_table(run.fabric)
+        if run.pulls_loops and table is not None:
+            end = 100.0 * NEAR_END * float((table.warp if run.rig.direction == "warp" else table.weft)[-1])
+            rig = run.rig.model_copy(update={"max_strain": min(run.rig.max_strain, end)})
+            run = run.model_copy(update={"rig": rig})
+        rig = run.rig
         gauge = rig.gauge_length_mm
         shape = StripShape(
             gauge, rig.width_mm, rig.jaw_length_mm, macro.element_size_mm, macro.imperfection_mm,

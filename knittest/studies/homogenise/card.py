@@ -39,6 +39,10 @@ POINTS = 40
 LEAST_TANGENT = 0.01
 #: rows of a path of both strains, and intervals of the table from 0 to its highest strains
 PATH_ROWS, GRID = 81, 24
+#: share of the largest strain at the ends of all paths from which on the end of one path is about the same
+SAME_END = 0.95
+#: largest fracture strain [%] of a card, of directions without inlays
+LARGEST_FRACTURE = 50.0
 #: least bending stiffness of a card [N mm]: slack loops bend without any moment, shells cannot
 LEAST_BENDING = 1e-3
 #: fewest rows of a run's curve up to the largest force
@@ -172,7 +176,7 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, f
         ends.append(strain[-1])
     forces = [force - forces[0][0] for force in forces]  # a relaxed cell is free of stress, up to its residual
     strain, corners = np.vstack(strains), np.array(ends)
-    step = corners.max(axis=0) / GRID
+    step = np.array([_last_strain(corners, i) for i in range(2)]) / GRID
     lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), GRID + 1) for i in range(2)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     found = np.full(grid.shape, np.nan)
@@ -182,6 +186,14 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, f
     found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
     ends = [_last_contraction(lines[i], np.moveaxis(found[..., 1 - i], i, 0)) for i in range(2)]
     return BiaxialTable(lines[0][: ends[0]], lines[1][: ends[1]], found[: ends[0], : ends[1]]), deviation
+
+
+def _last_strain(ends: Array, direction: int) -> float:
+    """Largest strain of ``direction`` at the ``ends`` (n, 2) of the paths; that of the path that holds the other one if
+    it is about the same, as that of inlays is.
+    """
+    largest, held = float(ends[:, direction].max()), ends[np.abs(ends[:, 1 - direction]) < 1e-12, direction]
+    return float(held.max()) if len(held) and held.max() > SAME_END * largest else largest
 
 
 def _last_contraction(along: Array, cross: Array) -> int:
@@ -213,6 +225,10 @@ def _is_between(grid: Array, corners: Array) -> NDArray[np.bool_]:
 
 
 FABRIC = "fabric.yaml"
+#: paths of both strains that pull one direction and hold the other
+ALONG: dict[Direction, PlannedTest] = {
+    "warp": PlannedTest("biaxial", angle=0.0), "weft": PlannedTest("biaxial", angle=90.0),
+}  # fmt: skip
 #: characters of a fabric's name, and what is added to it
 LONGEST_NAME, SUFFIX = 40, "-homogenised"
 DIRECTIONS: tuple[Direction, ...] = get_args(Direction)
@@ -318,6 +334,9 @@ def _fabric(card: MacroCard, run: Run, folder: Path) -> dict[str, Any]:
     else:
         for name in ("tension", "fracture_strain", "poisson"):
             macro.pop(name, None)
+        last = {d: 100.0 * strain_path(card.tests[piece])[0][-1] for d, piece in ALONG.items()}
+        strains = {d: float(last[d][i]) for i, d in enumerate(DIRECTIONS) if run.fabric.inlays_along(d)}
+        macro |= coupled_fracture(strains, _source(card, "biaxial"))
         macro["biaxial"] = {
             "curve": f"{DATA_FOLDER}/biaxial.csv", "source": "derived", "ref": _source(card, "biaxial"),
         }  # fmt: skip
@@ -331,6 +350,16 @@ def _fabric(card: MacroCard, run: Run, folder: Path) -> dict[str, Any]:
     if data.get("experiment"):
         data["experiment"] = copy_into_run(data["experiment"], folder, "experiment")
     return data
+
+
+def coupled_fracture(strains: Mapping[Direction, float], ref: str) -> dict[str, Any]:
+    """Field fracture_strain of a law of two strains, from the ``strains`` [%] at which the inlays of a direction fail;
+    empty without inlays. Loops do not fail.
+    """
+    if not strains:
+        return {}
+    loops = {"value": LARGEST_FRACTURE, "source": "assumed", "ref": "loops do not fail"}
+    return {"fracture_strain": {d: _derived_quantity(strains[d], ref) if d in strains else loops for d in DIRECTIONS}}
 
 
 def bending_quantity(value: float, ref: str) -> dict[str, Any]:

@@ -248,6 +248,14 @@ def _scattered_tension(fabric: Fabric, direction: Direction, strain: Array, forc
     return grid, held.mean(axis=1)
 
 
+def _bundle_strain(fabric: Fabric, direction: Direction, path: PathResult) -> float:
+    """Strain [%] at which equal inlays along ``direction`` carry the strength of the bundle of those that scatter."""
+    own = 0 if direction == "warp" else 1
+    strain, force = 100.0 * path.x[:, own], np.maximum.accumulate(path.y[:, own])
+    _, held = _scattered_tension(fabric, direction, strain, force)
+    return float(strain[np.argmax(force >= held.max())])
+
+
 def _failure_text(fabric: Fabric, piece: PlannedTest, reason: str) -> str:
     part = next(part for part in CARD if piece in _paths_of(fabric, [part]))
     return (
@@ -290,7 +298,9 @@ def _fields(part: str, fabric: Fabric, numbers: Mapping[PlannedTest, PathResult]
         table, _ = card.biaxial_table([(numbers[piece].x, numbers[piece].y) for piece in pieces])
         strain, force = table.samples
         rows = [[_round_number(v) for v in row] for row in np.column_stack([100.0 * strain, force])]
-        return {"biaxial": {"points": rows, "source": "derived", "ref": _derived_ref(digest)}}
+        ref, pulled = _derived_ref(digest), [d for d in card.ALONG if fabric.inlays_along(d)]
+        strains = {d: _bundle_strain(fabric, d, numbers[card.ALONG[d]]) for d in pulled}
+        return {"biaxial": {"points": rows, "source": "derived", "ref": ref}} | card.coupled_fracture(strains, ref)
     for piece in pieces:
         x, y, rejected = numbers[piece]
         origin = {"source": "derived", "ref": _derived_ref(digest, rejected)}
