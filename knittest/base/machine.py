@@ -38,6 +38,11 @@ def hide_passwords(text: str) -> str:
     return _IN_QUERY.sub(rf"\g<1>{HIDDEN}", _PASSWORD.sub(rf"\g<1>{HIDDEN}@", text))
 
 
+def available_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def host_name() -> str:
     """Name of this machine in files: ``KNITTEST_HOST``, which may be empty, else its own."""
     return os.environ.get(HOST_VARIABLE, socket.gethostname())

@@ -54,11 +54,6 @@ def cpu_model() -> str:
     return platform.processor() or platform.machine()
 
 
-def cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def sha256_text(text: str) -> str:
     """Hash of a text as UTF-8."""
     return hashlib.sha256(text.encode()).hexdigest()
