@@ -25,6 +25,7 @@ TESTS = "Tests"
 #: commands that are no test, by the heading of ``--help``: name, module that defines it under the same name, summary
 HEADINGS = {
     TESTS: {
+        "demo": ("testing", "Run a small example and explain its report."),
         "check": ("testing", "Check size, run time and consistency of a run before it starts."),
         "resume": ("testing", "Resume an interrupted run."),
     },

@@ -59,9 +59,10 @@ _HIDDEN_RESULTS = ("force_per_yarn_n", "peak_force_n_per_mm", "peak_time_error_p
 
 
 def results_table(outcomes: Sequence["Outcome"], plus_minus: str = "±") -> list[tuple[str, ...]]:
-    """Rows in the order of :data:`HEADER`, one for each direction and quantity."""
+    """Rows in the order of :data:`HEADER`, one for each direction, scale and quantity."""
+    several = len({outcome.summary.get("scale") for outcome in outcomes}) > 1
     return [
-        (_run_label(outcome), row.label, row.simulated, row.experiment, row.deviation, row.kind_text, row.verdict)
+        (_run_label(outcome) + f", {outcome.summary['scale']}" * several, row.label, row.simulated, row.experiment, row.deviation, row.kind_text, row.verdict)
         for outcome in outcomes
         for row in _result_rows(outcome, plus_minus)
         if row.quantity not in _HIDDEN_RESULTS

@@ -12,7 +12,7 @@ import sys
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from filelock import lock_descriptor
@@ -156,12 +156,13 @@ def missing_kernels(run: Run, threads: int = 1) -> tuple[str, ...]:
 
 
 @contextmanager
-def compile_run_in_background(run: Run) -> Iterator[None]:
-    """Let another process compile meanwhile what ``run`` needs of one thread, if anything, for :func:`load_kernels`
-    to load.
+def compile_run_in_background(*runs: Run) -> Iterator[None]:
+    """Let other processes, one for each scale, compile meanwhile what ``runs`` need of one thread, if anything, for
+    :func:`load_kernels` to load.
     """
-    missing = () if CODE_FOLDER is None else missing_kernels(run)
-    with compile_in_background(*missing) if missing else nullcontext():
+    with ExitStack() as stack:
+        for missing in dict.fromkeys(missing_kernels(run) for run in runs if CODE_FOLDER is not None):
+            stack.enter_context(compile_in_background(*missing) if missing else nullcontext())
         yield
 
 
