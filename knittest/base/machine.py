@@ -12,7 +12,7 @@ def processor_ticks(stat: Path = STAT) -> tuple[int, int] | None:
     """Ticks that the host has taken from all processors (steal), and all ticks, of ``/proc/stat``; None if unknown."""
     try:
         # user, nice, system, idle, iowait, irq, softirq, steal (proc(5)); guests are in user
-        name, *fields = stat.read_text().split("\n", 1)[0].split()
+        name, *fields = stat.read_text(encoding="ascii").split("\n", 1)[0].split()
         ticks = [int(field) for field in fields[:8]]
     except (OSError, ValueError):
         return None

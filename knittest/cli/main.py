@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import io
 import os
 import signal
 import sys
@@ -132,6 +133,8 @@ def main(arguments: list[str] | None = None) -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115 - to the end
+    if isinstance(sys.stdout, io.TextIOWrapper):  # as standard error: a terminal without a letter shows another
+        sys.stdout.reconfigure(errors="backslashreplace")
     stops = ProcessSignalHandler()
     stops.install()
     report = sys.__unraisablehook__  # but not a signal in a library's callback, which is noted already
