@@ -87,7 +87,7 @@ def resume(run: Path, force: bool, **chosen: Any) -> int:
 
 @click.command()
 @click.option("--variant", type=click.Choice(["1", "2"]), default="2", show_default=True, help="Shipped fabric.")
-@click.option("--out", type=opt.PATH, help="Folder of both runs.  [default: runs/<name>-<time>]")
+@click.option("--out", type=opt.PATH, help="Folder of both runs.  [default: runs/demo]")
 @click.option("--no-open", is_flag=True, help="Do not open the report in a browser.")
 def demo(variant: str, out: Path | None, no_open: bool) -> int:
     """Pull a small warp strip, as shells and yarn by yarn, and open a report that explains each part of itself.
@@ -97,6 +97,7 @@ def demo(variant: str, out: Path | None, no_open: bool) -> int:
     Example: knittest demo
     """
     from knittest.config.loading import resolve
+    from knittest.export.lock import make_new_folder
     from knittest.runs.options import RunOptions
     from knittest.studies.command import run_command
 
@@ -104,6 +105,7 @@ def demo(variant: str, out: Path | None, no_open: bool) -> int:
         resolve(variant=variant, test=DEFAULT, scale=scale, preset="quick", direction="warp", sets=sets)
         for scale, sets in _DEMO_SIZES.items()
     ]
+    out = out or make_new_folder(Path("runs/demo"))
     # one thread: kernels of several take longer to compile than these runs take
     options = RunOptions(out, threads=1, open_page=not no_open and "CI" not in os.environ, explained=True)
     return run_command(runs, options)

@@ -174,8 +174,12 @@ def _rating_text(metrics: Mapping[str, Any]) -> str:
     return f"rating {rating['overall']:.2f} ({rating['grade']})" if rating else f"no rating: {metrics['no_rating']}"
 
 
-def print_results(outcomes: Sequence["Outcome"], stream: TextIO | None = None, details: bool = True) -> None:
-    """Print table, checks, folder and report on ``stream`` (standard output), with ``details`` all notes."""
+def print_results(
+    outcomes: Sequence["Outcome"], stream: TextIO | None = None, details: bool = True, *, explained: bool = False
+) -> None:
+    """Print table, checks, folder and report, which may be ``explained``, on ``stream`` (standard output), with
+    ``details`` all notes.
+    """
     stream = stream or sys.stdout
     with _ignore_broken_pipe(stream):
         rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
@@ -185,7 +189,7 @@ def print_results(outcomes: Sequence["Outcome"], stream: TextIO | None = None, d
                 _print_coloured(lines, styled, stream)
             else:
                 stream.write("\n".join(line for row in lines for line in row) + "\n")
-        below = _detail_lines(outcomes, rows) if details else _brief_lines(outcomes)
+        below = _detail_lines(outcomes, rows) if details else _brief_lines(outcomes, explained)
         stream.write("\n".join(["", *(part for line in below for part in wrap_line(line, width))]) + "\n")
         stream.flush()
 
@@ -237,12 +241,13 @@ def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
         stream.flush()
 
 
-def _brief_lines(outcomes: Sequence["Outcome"]) -> list[str]:
+def _brief_lines(outcomes: Sequence["Outcome"], explained: bool) -> list[str]:
     """The checks, at most :data:`MOST_WARNINGS` warnings, the run folder and the report."""
     lines = [curve_line(metrics) for outcome in outcomes for metrics in outcome.curves]
     failed = [outcome for outcome in outcomes if outcome.quality.failures]
     if not failed:
-        lines.append("quality checks: passed; --details shows their numbers, assumptions and notes")
+        more = "the report explains them" if explained else "--details shows their numbers, assumptions and notes"
+        lines.append(f"quality checks: passed; {more}")
     for outcome in failed:
         lines.append(f"quality checks, {_run_label(outcome)}: FAILED, not compared with the experiment")
         lines += [f"  {reason}" for reason in outcome.quality.failures]

@@ -185,7 +185,7 @@ def _report(outcomes: Sequence[Outcome], options: RunOptions) -> int:
         summaries = [one.summary | places for one, places in zip(outcomes, more, strict=True)]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
-        print_results(outcomes, details=options.details)
+        print_results(outcomes, details=options.details, explained=options.explained)
     if options.quiet:
         print_rejected(outcomes)
     first = next(filter(None, pages.values()), None)
