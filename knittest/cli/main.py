@@ -114,7 +114,7 @@ def summaries() -> dict[str, str]:
 def cli() -> None:
     """Virtual material tests of biaxial weft-knitted fabrics.
 
-    Example: knittest tensile --variant 2 --scale meso
+    Example: knittest demo
     """
 
 

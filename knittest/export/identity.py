@@ -1,7 +1,6 @@
 """Identity and origin of a run: versions, commit, hashes, machine, and changes since a checkpoint."""
 
 import hashlib
-import os
 import platform
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Mapping

@@ -62,7 +62,15 @@ def results_table(outcomes: Sequence["Outcome"], plus_minus: str = "±") -> list
     """Rows in the order of :data:`HEADER`, one for each direction, scale and quantity."""
     several = len({outcome.summary.get("scale") for outcome in outcomes}) > 1
     return [
-        (_run_label(outcome) + f", {outcome.summary['scale']}" * several, row.label, row.simulated, row.experiment, row.deviation, row.kind_text, row.verdict)
+        (
+            _run_label(outcome) + f", {outcome.summary['scale']}" * several,
+            row.label,
+            row.simulated,
+            row.experiment,
+            row.deviation,
+            row.kind_text,
+            row.verdict,
+        )
         for outcome in outcomes
         for row in _result_rows(outcome, plus_minus)
         if row.quantity not in _HIDDEN_RESULTS
@@ -246,8 +254,8 @@ def _brief_lines(outcomes: Sequence["Outcome"], explained: bool) -> list[str]:
     lines = [curve_line(metrics) for outcome in outcomes for metrics in outcome.curves]
     failed = [outcome for outcome in outcomes if outcome.quality.failures]
     if not failed:
-        more = "the report explains them" if explained else "--details shows their numbers, assumptions and notes"
-        lines.append(f"quality checks: passed; {more}")
+        where = "the report explains them" if explained else "--details shows their numbers, assumptions and notes"
+        lines.append(f"quality checks: passed; {where}")
     for outcome in failed:
         lines.append(f"quality checks, {_run_label(outcome)}: FAILED, not compared with the experiment")
         lines += [f"  {reason}" for reason in outcome.quality.failures]

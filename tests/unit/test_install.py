@@ -33,7 +33,9 @@ def test_the_recipe_for_conda_has_version_and_dependencies_of_the_project():
     python = ("python", project["requires-python"])
     assert list(map(requirement, recipe["requirements"]["run"])) == [python, *map(requirement, project["dependencies"])]
     (backend,) = map(requirement, PROJECT["build-system"]["requires"])
-    assert {python, backend} <= set(map(requirement, recipe["requirements"]["host"][:1] + recipe["requirements"]["host"][2:]))
+    assert {python, backend} <= set(
+        map(requirement, recipe["requirements"]["host"][:1] + recipe["requirements"]["host"][2:])
+    )
     assert recipe["build"]["entry_points"] == [f"{k} = {v}" for k, v in project["scripts"].items()]
     assert recipe["about"]["license"] == project["license"] and (ROOT / recipe["about"]["license_file"]).is_file()
 
