@@ -9,8 +9,8 @@ START = (
     "This page shows a virtual tensile test. knittest simulated how a strip of a knitted fabric with straight "
     "reinforcing yarns (inlays) is pulled until it breaks. The grey boxes explain each part of the page. Reports of "
     "other commands look the same, without the boxes.",
-    "A strip was simulated with two models. The macro model sees the fabric as a sheet of shell elements: it is fast, and "
-    "a forming simulation of a whole part needs it. The meso model sees each yarn as a chain of beam elements that "
+    "A strip was simulated with two models. The macro model sees the fabric as a sheet of shell elements: it is fast, "
+    "and a forming simulation of a whole part needs it. The meso model sees each yarn as a chain of beam elements that "
     "touch each other: it is slower, and shows which yarn breaks.",
     "The strips are shorter than those of the laboratory, and that of the meso model is narrower, so that the example "
     "takes seconds. The measured force is scaled to the width of the strip.",

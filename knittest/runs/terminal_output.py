@@ -63,7 +63,7 @@ def results_table(outcomes: Sequence["Outcome"], plus_minus: str = "±") -> list
     several = len({outcome.summary.get("scale") for outcome in outcomes}) > 1
     return [
         (
-            _run_label(outcome) + f", {outcome.summary['scale']}" * several,
+            _run_label(outcome) + f", {outcome.summary.get('scale')}" * several,
             row.label,
             row.simulated,
             row.experiment,
