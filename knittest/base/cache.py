@@ -28,8 +28,10 @@ def write_access_fault(folder: Path) -> str:
 
     Kernels are loaded from it, so it must be this user's and closed to others. Each folder of its path, links followed,
     must belong to this user or the system, and be closed to others or sticky as that of temporary files. Raises
-    ``OSError``.
+    ``OSError``. Windows keeps access lists instead, which are not read: the folder counts as private.
     """
+    if not hasattr(os, "geteuid"):
+        return ""
     trusted = {0, os.geteuid(), os.lstat("/").st_uid}
     way = [(place, place.lstat()) for place in _path_parts(folder)]
     for place, state in way:
@@ -124,7 +126,8 @@ def _find_usable_folder(folder: Path, variable: str) -> Path | None:
     what = problem or f"{folder} cannot be written"
     remedy = f"set {VARIABLE} to a folder that only you can write to"
     with suppress(FileNotFoundError):  # no folder for temporary files
-        spare = Path(tempfile.gettempdir()) / f"knittest-cache-{os.geteuid()}"
+        user = f"-{os.geteuid()}" if hasattr(os, "geteuid") else ""  # Windows has a folder for each user
+        spare = Path(tempfile.gettempdir()) / f"knittest-cache{user}"
         if not _find_problem(spare) and _can_write(spare):
             _say_once(f"{what}: the cache is {spare}; {remedy}")
             return spare

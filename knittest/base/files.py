@@ -50,7 +50,8 @@ def size_on_disk(folder: Path) -> int:
     for place, _, names in os.walk(folder):
         for name in names:
             with suppress(OSError):
-                size += 512 * (Path(place) / name).lstat().st_blocks
+                state = (Path(place) / name).lstat()
+                size += 512 * state.st_blocks if hasattr(state, "st_blocks") else state.st_size
     return size
 
 

@@ -12,7 +12,7 @@ def processor_ticks(stat: Path = STAT) -> tuple[int, int] | None:
     """Ticks that the host has taken from all processors (steal), and all ticks, of ``/proc/stat``; None if unknown."""
     try:
         # user, nice, system, idle, iowait, irq, softirq, steal (proc(5)); guests are in user
-        name, *fields = stat.read_text().split("\n", 1)[0].split()
+        name, *fields = stat.read_text(encoding="ascii").split("\n", 1)[0].split()
         ticks = [int(field) for field in fields[:8]]
     except (OSError, ValueError):
         return None
@@ -36,6 +36,11 @@ _IN_QUERY = re.compile(r"([?&][^=&\s]*(?:pass|pwd|secret|token|key)[^=&\s]*=)[^&
 def hide_passwords(text: str) -> str:
     """Replace the password of every URL in ``text``, also in its query, by :data:`HIDDEN`."""
     return _IN_QUERY.sub(rf"\g<1>{HIDDEN}", _PASSWORD.sub(rf"\g<1>{HIDDEN}@", text))
+
+
+def available_cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def host_name() -> str:

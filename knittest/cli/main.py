@@ -2,6 +2,7 @@
 
 import errno
 import importlib
+import io
 import os
 import signal
 import sys
@@ -25,6 +26,7 @@ TESTS = "Tests"
 #: commands that are no test, by the heading of ``--help``: name, module that defines it under the same name, summary
 HEADINGS = {
     TESTS: {
+        "demo": ("testing", "Run a small example and explain its report."),
         "check": ("testing", "Check size, run time and consistency of a run before it starts."),
         "resume": ("testing", "Resume an interrupted run."),
     },
@@ -112,7 +114,7 @@ def summaries() -> dict[str, str]:
 def cli() -> None:
     """Virtual material tests of biaxial weft-knitted fabrics.
 
-    Example: knittest tensile --variant 2 --scale meso
+    Example: knittest demo
     """
 
 
@@ -131,6 +133,8 @@ def main(arguments: list[str] | None = None) -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: PTH123, SIM115 - to the end
+    if isinstance(sys.stdout, io.TextIOWrapper):  # as standard error: a terminal without a letter shows another
+        sys.stdout.reconfigure(errors="backslashreplace")
     stops = ProcessSignalHandler()
     stops.install()
     report = sys.__unraisablehook__  # but not a signal in a library's callback, which is noted already

@@ -1,5 +1,6 @@
 """Commands of tests: one for each test, ``knittest resume`` and ``knittest check``."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,8 @@ from knittest.base.kinds import DEFAULT, TestKind, kinds, test_names
 from knittest.cli import options as opt
 
 _DIRECTION = click.option("--direction", type=click.Choice(["warp", "weft", "both"]), help="[default: both]")
+#: smallest strips that pass the quality checks, by scale
+_DEMO_SIZES = {"macro": (), "meso": ("rig.width=20", "rig.gauge_length=20")}
 _FORCE_HELP = "continue although config, version or processor changed."
 _FOLDER = (
     click.option("--out", type=opt.PATH, help="Run folder.  [default: runs/<name>-<time>]"),
@@ -80,6 +83,32 @@ def resume(run: Path, force: bool, **chosen: Any) -> int:
     from knittest.studies.command import resume_command
 
     return resume_command(run, _run_options(chosen), force)
+
+
+@click.command()
+@click.option("--variant", type=click.Choice(["1", "2"]), default="2", show_default=True, help="Shipped fabric.")
+@click.option("--out", type=opt.PATH, help="Folder of both runs.  [default: runs/demo]")
+@click.option("--no-open", is_flag=True, help="Do not open the report in a browser.")
+def demo(variant: str, out: Path | None, no_open: bool) -> int:
+    """Pull a small warp strip, as shells and yarn by yarn, and open a report that explains each part of itself.
+
+    Where the variable CI is set, the report is only written.
+
+    Example: knittest demo
+    """
+    from knittest.config.loading import resolve
+    from knittest.export.lock import make_new_folder
+    from knittest.runs.options import RunOptions
+    from knittest.studies.command import run_command
+
+    runs = [
+        resolve(variant=variant, test=DEFAULT, scale=scale, preset="quick", direction="warp", sets=sets)
+        for scale, sets in _DEMO_SIZES.items()
+    ]
+    out = out or make_new_folder(Path("runs/demo"))
+    # one thread: kernels of several take longer to compile than these runs take
+    options = RunOptions(out, threads=1, open_page=not no_open and "CI" not in os.environ, explained=True)
+    return run_command(runs, options)
 
 
 @click.command()

@@ -1,7 +1,6 @@
 """Identity and origin of a run: versions, commit, hashes, machine, and changes since a checkpoint."""
 
 import hashlib
-import os
 import platform
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -39,7 +38,7 @@ def git_commit() -> str | None:
         return None
     command = ["git", "-C", str(checkout), "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*"]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=5, check=True)
+        done = subprocess.run(command, capture_output=True, encoding="utf-8", timeout=5, check=True)
     except (OSError, subprocess.SubprocessError):
         return None
     return done.stdout.strip() or None
@@ -52,11 +51,6 @@ def cpu_model() -> str:
             if line.lower().startswith("model name"):
                 return line.partition(":")[2].strip()
     return platform.processor() or platform.machine()
-
-
-def cores() -> int:
-    """Cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def sha256_text(text: str) -> str:

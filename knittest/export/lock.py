@@ -1,7 +1,5 @@
 """Run folders: lock, names of folder and files, and checks of existing folders."""
 
-import errno
-import fcntl
 import fnmatch
 import json
 import os
@@ -13,6 +11,8 @@ from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
 
+from filelock import lock_descriptor
+
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import data_dir, make_folder, resource_error
 from knittest.base.kinds import list_part
@@ -20,6 +20,8 @@ from knittest.base.machine import host_name
 from knittest.config.run import Run
 
 LOCK_NAME = "run.lock"
+# The owner's line starts behind the byte that Windows locks, because nobody else can read that byte there.
+_START = 1
 # Blanks after the owner's line keep some room on a full disk for the last manifest, see RunLock.give_room.
 _PADDING = 65536
 
@@ -35,11 +37,12 @@ class RunLock:
             self.descriptor = self._open()
         except OSError as error:
             raise resource_error(self.path, error) from error
-        self.stale_owner = _describe_owner(os.pread(self.descriptor, 4096, 0))
-        owner = json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
+        self.stale_owner = _describe_owner(_read_owner(self.descriptor))
+        owner = " " * _START + json.dumps({"pid": os.getpid(), "host": host_name()}) + "\n"
         try:
-            os.ftruncate(self.descriptor, 0)
-            os.pwrite(self.descriptor, owner.encode().ljust(_PADDING), 0)
+            os.ftruncate(self.descriptor, _START)
+            os.lseek(self.descriptor, 0, os.SEEK_SET)
+            os.write(self.descriptor, owner.encode().ljust(_PADDING))
             os.fsync(self.descriptor)
         except OSError as error:
             self.release()
@@ -49,27 +52,25 @@ class RunLock:
         while True:
             handle = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
             try:
-                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                # The owner before us may have removed the file between our open and our lock: then try again.
-                if os.path.samestat(os.fstat(handle), self.path.stat()):
-                    return handle
-            except FileNotFoundError:
-                pass
-            except OSError as error:
-                owner = _describe_owner(os.pread(handle, 4096, 0)) or "an unknown process"
-                os.close(handle)
-                if error.errno in (errno.EAGAIN, errno.EACCES):
+                if not lock_descriptor(handle, blocking=False):
+                    owner = _describe_owner(_read_owner(handle)) or "an unknown process"
                     raise ResourceError(
                         f"{self.path.parent}: in use by {owner}; wait until it and its child processes end, or choose "
                         "another folder with --out"
-                    ) from None
+                    )
+                # The owner before us may have removed the file between our open and our lock: then try again.
+                with suppress(FileNotFoundError):
+                    if os.path.samestat(os.fstat(handle), self.path.stat()):
+                        return handle
+            except (OSError, ResourceError):
+                os.close(handle)
                 raise
             os.close(handle)
 
     def give_room(self) -> None:
         """Hand the reserved blocks back to the disk, so that the last manifest finds room on a full one."""
         with suppress(OSError):
-            os.ftruncate(self.descriptor, 0)
+            os.ftruncate(self.descriptor, _START)
             os.fsync(self.descriptor)
 
     def release(self) -> None:
@@ -80,21 +81,32 @@ class RunLock:
             self.path.unlink(missing_ok=True)
         os.close(self.descriptor)
         self.descriptor = -1
+        if os.name == "nt":  # where no open file can be removed, this one neither if another process has it by now
+            with suppress(OSError):
+                self.path.unlink(missing_ok=True)
 
 
 def is_locked(folder: Path) -> bool:
     """Return whether a process holds the lock of ``folder``."""
-    try:
-        handle = os.open(folder / LOCK_NAME, os.O_RDONLY | os.O_NOFOLLOW)
-    except OSError:
+    for access in (os.O_RDWR, os.O_RDONLY):  # a network file system wants write access, another user has none
+        try:
+            handle = os.open(folder / LOCK_NAME, access | getattr(os, "O_NOFOLLOW", 0))
+            break
+        except OSError:
+            continue
+    else:
         return False
     try:
-        fcntl.flock(handle, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        return not lock_descriptor(handle, blocking=False)
     except OSError:
         return True
     finally:
         os.close(handle)
-    return False
+
+
+def _read_owner(descriptor: int) -> bytes:
+    os.lseek(descriptor, _START, os.SEEK_SET)
+    return os.read(descriptor, 4096)
 
 
 def _describe_owner(content: bytes) -> str | None:

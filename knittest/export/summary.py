@@ -10,7 +10,7 @@ import knittest
 from knittest.base.errors import KnittestError, OutOfTolerance
 from knittest.base.history import Cost, Quality, with_common_names
 from knittest.base.interrupts import INTERRUPTED, Interrupted
-from knittest.base.machine import host_name
+from knittest.base.machine import available_cores, host_name
 from knittest.base.result_rows import fold_results, spread_of
 from knittest.base.summary import ComparisonRow, CostBlock, Limit, Spread, Status, Summary
 from knittest.config.quality_checks import SOLVER_CHECKS, relaxed_limits
@@ -91,7 +91,7 @@ def first_manifest(
         "cell_sha256": cell,
         "seed": run.variability.seed,
         "cpu": identity.cpu_model(),
-        "cores": identity.cores(),
+        "cores": available_cores(),
         "threads": threads,
         "libraries": identity.library_versions(),
         "pid": os.getpid(),

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 #: ends of a colour bar beyond which values lie
 Cut = Literal["neither", "both", "min", "max"]
 _COLOURS = ("#7b828a", "#f4cf6a", "#f08c3a", "#d3322f", "#7c0f36")
-_GROUND = "#23282e"
-_MARK = "#19e3ff"
-_KNIT = np.array([0.88, 0.91, 0.94])
+_GROUND = "#ffffff"
+_MARK = "#0050d0"
+_KNIT = np.array([0.74, 0.80, 0.87])
 _NEGLIGIBLE = 0.02  # of the colour scale: below it the knitting yarn stays pale
 _ORDER = ("left strip", "right strip")
 _ZOOM_MM = 20.0

@@ -1,6 +1,5 @@
 """Threads of the kernels: the layer that runs them, and the shares of a loop that each of them takes."""
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -10,6 +9,7 @@ from numba import config, njit, prange, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from knittest.base.machine import available_cores
 from knittest.kernels.vec import INLINE, PARALLEL, PARTITIONS, SHARED_OUT
 
 # Shares of a parallel loop for whichever thread is free: expensive and cheap ones, busy and idle cores even out.
@@ -63,7 +63,7 @@ def threading_layer() -> str:
 
 def best_threads(wanted: int | None) -> int:
     """Threads to use: ``wanted`` or all cores this process may use, one if only the slow workqueue layer is there."""
-    available = min(int(config.NUMBA_NUM_THREADS), len(os.sched_getaffinity(0)))
+    available = min(int(config.NUMBA_NUM_THREADS), available_cores())
     threads = min(wanted or available, int(config.NUMBA_NUM_THREADS))
     return threads if threads == 1 or threading_layer() != "workqueue" else 1
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
-Tone = Literal["", "good", "warn", "bad"]
+Tone = Literal["", "good", "warn", "bad", "help"]
 
 
 @dataclass(frozen=True)

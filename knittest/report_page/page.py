@@ -11,6 +11,7 @@ from knittest import __version__
 from knittest.base.errors import InputError
 from knittest.base.figure import Printing, use_printing
 from knittest.base.files import write_atomic
+from knittest.base.layout import shorten_path
 from knittest.config.sources import parameter_set_text
 from knittest.export.identity import data_files, sha256_files, sha256_text
 from knittest.report_page.blocks import Block, Cell, Code, Page, Section, Table, Text, without_forbidden, wrap_points
@@ -24,6 +25,7 @@ from knittest.report_page.comparison import (
 )
 from knittest.report_page.curves import curve_section
 from knittest.report_page.folders import command_folder, find_runs
+from knittest.report_page.guide import explain
 from knittest.report_page.loaded_run import LoadedRun, load_run
 from knittest.report_page.parameters import format_value, parameters
 from knittest.report_page.pictures import data_uri, pictures
@@ -96,11 +98,14 @@ def refresh_report(folder: Path) -> None:
         write_if_possible(folder, write_report)
 
 
-def write_reports(paths: list[Path], out: Path | None, printing: Printing | None = None) -> tuple[Path, int]:
+def write_reports(
+    paths: list[Path], out: Path | None, printing: Printing | None = None, *, explained: bool = False
+) -> tuple[Path, int]:
     """Write one page on all runs in ``paths``; returns its path and the number of runs.
 
     By default the page of one path lies in its folder, the page of several paths in the working folder. With
-    ``printing``, curves and fields are written next to the page in its formats. Raises :class:`InputError` for a path
+    ``printing``, curves and fields are written next to the page in its formats,
+    and ``explained`` adds explanations for newcomers. Raises :class:`InputError` for a path
     without runs and an ``out`` that is not a page, :class:`ResourceError` when the page cannot be written.
     """
     found, notes = find_runs(paths)
@@ -116,7 +121,8 @@ def write_reports(paths: list[Path], out: Path | None, printing: Printing | None
         raise InputError("; ".join(notes))
     target = target_file(paths, out)
     alone = len(runs) == 1 and not notes
-    write_page(target, run_page(runs[0], target.parent) if alone else _comparison_page(runs, notes))
+    page = run_page(runs[0], target.parent) if alone else _comparison_page(runs, notes)
+    write_page(target, explain(page, runs[0].summary.variant, shorten_path(paths[0])) if explained else page)
     if printing is not None:
         with use_printing(printing):
             print_pictures(runs, target)

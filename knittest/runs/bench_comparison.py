@@ -83,7 +83,7 @@ def _time_run(place: Path, command: str) -> TimedRun:
         out = Path(folder) / "run"
         done = subprocess.run(
             [sys.executable, "-c", START, *command.split(), *COMMON, str(out)],
-            env=os.environ | {"PYTHONPATH": str(place)}, cwd=folder, capture_output=True, text=True, check=False,
+            env=os.environ | {"PYTHONPATH": str(place)}, cwd=folder, capture_output=True, encoding="utf-8", check=False,
         )  # fmt: skip
         if done.returncode not in VALID_EXIT_CODES:
             raise InputError(f"{place}: knittest {command}: exit code {done.returncode}: {done.stderr.strip()[-500:]}")

@@ -8,7 +8,7 @@ from knittest.base.figure import Printing
 
 @dataclass(frozen=True)
 class RunOptions:
-    """Output of a run: folder, threads, JSON, frames, pictures, curves to compare with, page, notes."""
+    """Output of a run: folder, threads, JSON, frames, pictures, curves to compare with, page, notes, explanations."""
 
     out: Path | None = None
     threads: int | None = None
@@ -20,6 +20,7 @@ class RunOptions:
     printing: Printing = field(default_factory=Printing)
     open_page: bool = False
     details: bool = False
+    explained: bool = False
 
     @property
     def left_out(self) -> list[str]:

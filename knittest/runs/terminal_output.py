@@ -59,9 +59,18 @@ _HIDDEN_RESULTS = ("force_per_yarn_n", "peak_force_n_per_mm", "peak_time_error_p
 
 
 def results_table(outcomes: Sequence["Outcome"], plus_minus: str = "±") -> list[tuple[str, ...]]:
-    """Rows in the order of :data:`HEADER`, one for each direction and quantity."""
+    """Rows in the order of :data:`HEADER`, one for each direction, scale and quantity."""
+    several = len({outcome.summary.get("scale") for outcome in outcomes}) > 1
     return [
-        (_run_label(outcome), row.label, row.simulated, row.experiment, row.deviation, row.kind_text, row.verdict)
+        (
+            _run_label(outcome) + f", {outcome.summary.get('scale')}" * several,
+            row.label,
+            row.simulated,
+            row.experiment,
+            row.deviation,
+            row.kind_text,
+            row.verdict,
+        )
         for outcome in outcomes
         for row in _result_rows(outcome, plus_minus)
         if row.quantity not in _HIDDEN_RESULTS
@@ -173,8 +182,12 @@ def _rating_text(metrics: Mapping[str, Any]) -> str:
     return f"rating {rating['overall']:.2f} ({rating['grade']})" if rating else f"no rating: {metrics['no_rating']}"
 
 
-def print_results(outcomes: Sequence["Outcome"], stream: TextIO | None = None, details: bool = True) -> None:
-    """Print table, checks, folder and report on ``stream`` (standard output), with ``details`` all notes."""
+def print_results(
+    outcomes: Sequence["Outcome"], stream: TextIO | None = None, details: bool = True, *, explained: bool = False
+) -> None:
+    """Print table, checks, folder and report, which may be ``explained``, on ``stream`` (standard output), with
+    ``details`` all notes.
+    """
     stream = stream or sys.stdout
     with _ignore_broken_pipe(stream):
         rows, width = results_table(outcomes, "±" if _can_encode("±", stream) else "+-"), width_of(stream)
@@ -184,7 +197,7 @@ def print_results(outcomes: Sequence["Outcome"], stream: TextIO | None = None, d
                 _print_coloured(lines, styled, stream)
             else:
                 stream.write("\n".join(line for row in lines for line in row) + "\n")
-        below = _detail_lines(outcomes, rows) if details else _brief_lines(outcomes)
+        below = _detail_lines(outcomes, rows) if details else _brief_lines(outcomes, explained)
         stream.write("\n".join(["", *(part for line in below for part in wrap_line(line, width))]) + "\n")
         stream.flush()
 
@@ -236,12 +249,13 @@ def print_text(lines: Iterable[str], stream: TextIO | None = None) -> None:
         stream.flush()
 
 
-def _brief_lines(outcomes: Sequence["Outcome"]) -> list[str]:
+def _brief_lines(outcomes: Sequence["Outcome"], explained: bool) -> list[str]:
     """The checks, at most :data:`MOST_WARNINGS` warnings, the run folder and the report."""
     lines = [curve_line(metrics) for outcome in outcomes for metrics in outcome.curves]
     failed = [outcome for outcome in outcomes if outcome.quality.failures]
     if not failed:
-        lines.append("quality checks: passed; --details shows their numbers, assumptions and notes")
+        where = "the report explains them" if explained else "--details shows their numbers, assumptions and notes"
+        lines.append(f"quality checks: passed; {where}")
     for outcome in failed:
         lines.append(f"quality checks, {_run_label(outcome)}: FAILED, not compared with the experiment")
         lines += [f"  {reason}" for reason in outcome.quality.failures]

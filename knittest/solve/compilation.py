@@ -5,7 +5,6 @@ A process that compiles a kernel links other copies of its helpers than one that
 results differ in the last bits. So the process of a run never compiles, and which of those here compiles what is fixed.
 """
 
-import fcntl
 import hashlib
 import os
 import subprocess
@@ -13,10 +12,13 @@ import sys
 import threading
 import time as clock
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 
+from filelock import lock_descriptor
+
 from knittest.base.cache import VARIABLE, cache_root
+from knittest.base.machine import available_cores
 from knittest.config.run import Run
 from knittest.kernels import CODE_FOLDER
 from knittest.solve.state import SILENT, Observer
@@ -79,7 +81,7 @@ def _compile_kernels(kernels: str) -> None:
 
 @contextmanager
 def _second_process(kernels: str) -> Iterator[Compiler | None]:
-    two_cores = len(os.sched_getaffinity(0)) > 1
+    two_cores = available_cores() > 1
     second = _process(f"compile_node_kernels({kernels!r})") if two_cores else None
     try:
         yield second
@@ -130,7 +132,7 @@ def _wait_for_compiler(kernels: str) -> Iterator[None]:
         return
     with lock:
         with suppress(OSError):  # a file system without locks
-            fcntl.flock(lock, fcntl.LOCK_EX)
+            lock_descriptor(lock.fileno())
         yield
 
 
@@ -154,12 +156,13 @@ def missing_kernels(run: Run, threads: int = 1) -> tuple[str, ...]:
 
 
 @contextmanager
-def compile_run_in_background(run: Run) -> Iterator[None]:
-    """Let another process compile meanwhile what ``run`` needs of one thread, if anything, for :func:`load_kernels`
-    to load.
+def compile_run_in_background(*runs: Run) -> Iterator[None]:
+    """Let other processes, one for each scale, compile meanwhile what ``runs`` need of one thread, if anything, for
+    :func:`load_kernels` to load.
     """
-    missing = () if CODE_FOLDER is None else missing_kernels(run)
-    with compile_in_background(*missing) if missing else nullcontext():
+    with ExitStack() as stack:
+        for missing in dict.fromkeys(missing_kernels(run) for run in runs if CODE_FOLDER is not None):
+            stack.enter_context(compile_in_background(*missing) if missing else nullcontext())
         yield
 
 

@@ -1,7 +1,7 @@
 """Threads of this process, as the user asked for them, on a layer that Numba can have, and memory for its libraries."""
 
 import os
-import resource
+from contextlib import suppress
 
 from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import excerpt
@@ -17,12 +17,15 @@ def use_threads(wanted: int | None) -> int:
     Returns how many; raises :class:`InputError` as :func:`check_layer` does, :class:`ResourceError` where the memory
     of this process is limited to less than its libraries need.
     """
-    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-    if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY * 1e9:
-        raise ResourceError(
-            f"the memory of this process is limited to {limit / 1e9:.2f} GB; numerical libraries need {LEAST_MEMORY:g} "
-            "GB; raise the limit (ulimit -v)"
-        )
+    with suppress(ImportError):  # Windows
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY * 1e9:
+            raise ResourceError(
+                f"the memory of this process is limited to {limit / 1e9:.2f} GB; numerical libraries need "
+                f"{LEAST_MEMORY:g} GB; raise the limit (ulimit -v)"
+            )
     import numba
 
     from knittest.kernels.threading import best_threads

@@ -44,7 +44,7 @@ def run_command(runs: list[Run], options: RunOptions) -> int:
 
 
 def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
-    """Run every direction in its own folder, several of them below one parent folder."""
+    """Run each of ``runs`` in its own folder, several of them below one parent folder."""
     use_threads(options.threads)
     runs = with_estimates(runs, options.quiet)
     for run in runs:  # before there is a folder, which the corrected command would find
@@ -56,7 +56,7 @@ def run_all(runs: list[Run], options: RunOptions) -> list[Outcome]:
     parent = options.out or make_new_folder(Path("runs") / run_name(runs[0], direction="both", at=datetime.now()))
     _write_plan(parent, runs)
     try:
-        outcomes = _run_jobs([(run, NewFolder(parent / run.direction)) for run in runs], options, parent)
+        outcomes = _run_jobs([(run, NewFolder(parent / _part_name(run, runs))) for run in runs], options, parent)
     except NumericalError:
         _write_page(parent, options)
         raise
@@ -100,7 +100,7 @@ def resume_all(folder: Path, options: RunOptions, force: bool = False) -> tuple[
 def _write_page(parent: Path, options: RunOptions) -> None:
     """Write the page of all runs in ``parent`` into it, unless pictures are switched off."""
     if options.pictures:
-        write_if_possible(parent, lambda folder: write_reports([folder], None))
+        write_if_possible(parent, lambda folder: write_reports([folder], None, explained=options.explained))
 
 
 def _planned_folder(plan: Path) -> Path:
@@ -144,7 +144,12 @@ def _write_plan(parent: Path, runs: Sequence[Run]) -> None:
     ):
         raise InputError(f"--out {parent}: holds {others[0]}, which is no file of this run; choose a new folder")
     for run in runs:
-        write_atomic(parent / f"config-{run.direction}.yaml", dump(run))
+        write_atomic(parent / f"config-{_part_name(run, runs)}.yaml", dump(run))
+
+
+def _part_name(run: Run, runs: Sequence[Run]) -> str:
+    """Name of ``run`` below the folder of all ``runs`` of a command: its direction, or its scale if that differs."""
+    return run.direction if len({one.model.scale for one in runs}) == 1 else run.model.scale
 
 
 def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> list[Outcome]:
@@ -158,7 +163,7 @@ def _run_jobs(jobs: Sequence[Job], options: RunOptions, parent: Path | None) -> 
         Progress(quiet=options.quiet) as progress,
         _append_resume_hint(parent),
         interrupts.translate_errors(),
-        compile_run_in_background(jobs[0][0]),
+        compile_run_in_background(*(run for run, _ in jobs)),
     ):
         others, threads = _parallel_runs(jobs, progress)
         with ParallelRuns(others, options, threads) as parallel, limit_threads(threads):
@@ -180,7 +185,7 @@ def _report(outcomes: Sequence[Outcome], options: RunOptions) -> int:
         summaries = [one.summary | places for one, places in zip(outcomes, more, strict=True)]
         print_json(summaries[0] if len(summaries) == 1 else {"runs": summaries})
     elif not options.quiet:
-        print_results(outcomes, details=options.details)
+        print_results(outcomes, details=options.details, explained=options.explained)
     if options.quiet:
         print_rejected(outcomes)
     first = next(filter(None, pages.values()), None)

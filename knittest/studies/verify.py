@@ -12,11 +12,11 @@ from knittest.base.errors import InputError, ResourceError
 from knittest.base.files import write_atomic
 from knittest.base.history import Quality
 from knittest.base.interrupts import Interrupted, Interrupts
+from knittest.base.machine import available_cores
 from knittest.base.result_rows import unfold_results
 from knittest.base.summary import NumericalError, RepeatBlock, Summary, Verification
 from knittest.config.run import Run
 from knittest.export.files import json_text
-from knittest.export.identity import cores
 from knittest.laboratory.halved_setting import halve_setting
 from knittest.laboratory.numerical_error import CORRECTIONS, Numbers, Repeat, numerical_errors, remesh
 from knittest.laboratory.restart import has_configured_speed, with_result_speed
@@ -125,7 +125,7 @@ def _mesh_repeat(run: Run, finer: bool) -> tuple[Trial, RepeatBlock]:
 
 def _records(trials: list[Trial], outcome: Outcome, options: RunOptions) -> dict[str, Record]:
     """Run unfinished trials, in parallel if there are cores; records by key."""
-    threads = options.threads or cores()
+    threads = options.threads or available_cores()
     workers = min(len(trials), threads)
     pool = LocalPool(workers, max(threads // workers, 1))
     limit = max(PATIENCE * float(outcome.summary["cost"]["wall_s"] or 0.0), HOUR)

@@ -41,6 +41,7 @@ COMMANDS: dict[str, Do] = {
     "knittest schema rig.width": Do(),
     "knittest runs": Do(),
     "knittest runs --remove --failed --older-than 7d": Do(),
+    "knittest demo": Do("--out {out}", planned="tests/cli/test_demo.py runs it"),
     "knittest warmup": Do(planned="compiles all kernels, which the runs below do as they need them"),
     "knittest bench": Do(planned="a minute of full load of all cores"),
     "knittest bench --against PATH": Do(planned="minutes; tests/unit/test_bench_against.py runs it on one small strip"),

@@ -1,12 +1,12 @@
 """``knittest runs``: what it lists, and what it removes and never removes."""
 
-import fcntl
 import json
 import sys
 from datetime import datetime, timedelta
 
 import pandas as pd
 import pytest
+from filelock import lock_descriptor
 from report_sample import edit_json, write_run
 
 from knittest.cli.main import run
@@ -90,7 +90,7 @@ def test_what_is_no_run_or_in_use_stays(place, tmp_path, capsys):
     (tmp_path / "elsewhere/frame.vtu").write_text("")
     edit_json(place / "good/manifest.json", status="running", ended=None, exit_code=None)
     with (place / "good/run.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
+        lock_descriptor(lock.fileno())
         assert run(["runs", "good"]) == 0 and " running " in capsys.readouterr().out
         assert run(["runs", "--remove", "good", "--yes"]) == 4 and (place / "good/curve.csv").exists()
         assert run(["runs", "--remove", "--older-than", "0h", "--yes"]) == 2  # of the notes

@@ -221,9 +221,10 @@ def test_a_pool_leaves_no_file_open():
     pool = LocalPool(2, 1)
     for child in pool.children:
         child.begin()
-    errors, connections = ([getattr(c, name) for c in pool.children] for name in ("_errors", "_connection"))
+    errors = [child._errors for child in pool.children]
+    pipes = [pipe for child in pool.children for pipe in (child._process.stdin, child._process.stdout)]
     pool.close()
-    assert all(stream.closed for stream in (*errors, *connections))
+    assert all(stream.closed for stream in (*errors, *pipes))
     assert [child._process for child in pool.children] == [None, None]
     pool.close()
 

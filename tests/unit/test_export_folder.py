@@ -150,6 +150,18 @@ def test_two_runs_cannot_share_a_folder(tmp_path, run):
         assert manifest(tmp_path / "r")["status"] == "running"
 
 
+def test_a_lock_leaves_the_first_byte_to_windows_and_names_a_file_system_without_locks(tmp_path, monkeypatch):
+    """Windows locks that byte, and lets nobody else read it; the owner stands behind it."""
+    held = lock.RunLock(tmp_path)
+    assert (tmp_path / lock.LOCK_NAME).read_bytes().startswith(b' {"pid": ')
+    assert lock.is_locked(tmp_path)
+    held.release()
+    assert not lock.is_locked(tmp_path) and not (tmp_path / lock.LOCK_NAME).exists()
+    monkeypatch.setattr(lock, "lock_descriptor", failing(errno.ENOLCK))
+    with pytest.raises(ResourceError, match=r"run\.lock: cannot write: No locks available"):
+        lock.RunLock(tmp_path)
+
+
 def _killed_run(path: Path) -> int:
     """Leave ``path`` as a process does that is killed while it runs there; return its id."""
     script = f"""

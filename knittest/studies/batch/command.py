@@ -1,6 +1,5 @@
 """Command ``knittest batch``: run a sweep, write table, pictures and page; or write a job array of Slurm."""
 
-import fcntl
 import math
 import shlex
 import sys
@@ -10,6 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+
+from filelock import lock_descriptor
 
 from knittest.base.errors import InputError, NumericalError
 from knittest.base.figure import Stamp, use_stamp
@@ -165,7 +166,7 @@ def _hold_lock(path: Path) -> Iterator[None]:
     """Wait until no other process holds the lock file ``path``, and hold it in the block."""
     try:
         with path.open("w") as stream:
-            fcntl.flock(stream.fileno(), fcntl.LOCK_EX)
+            lock_descriptor(stream.fileno())
             yield
     except OSError as error:
         raise resource_error(path, error) from error

@@ -1,6 +1,8 @@
 """Parent side of a process that runs trials: started when needed, watched, killed when it hangs."""
 
 import os
+import pickle
+import queue
 import signal
 import subprocess
 import sys
@@ -11,7 +13,6 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import IO, Any
 
@@ -20,7 +21,7 @@ from knittest.base.files import PACKAGE
 from knittest.config.run import Run
 from knittest.runs.options import RunOptions
 from knittest.studies.trials.trial import Record, Trial, code_digest
-from knittest.studies.trials.worker import MESSAGE, Task
+from knittest.studies.trials.worker import MESSAGE, Messages, Task
 
 #: gets the share of a trial that is done, None while kernels are compiled
 ProgressCallback = Callable[[float | None], None]
@@ -40,13 +41,14 @@ class Child:
     """Process that runs trials one at a time with ``threads`` threads, and is replaced when it dies.
 
     One thread uses it; :meth:`stop` and :meth:`kill` may come from another. ``note`` gets its log lines and messages;
-    the process inherits the file descriptors ``holding``.
+    the process inherits the file descriptors ``holding``, except on Windows. It ends when its input ends.
     """
 
     def __init__(self, threads: int = 1, note: Note = lambda *_: None, holding: Sequence[int] = ()) -> None:
         self.threads, self._note, self._holding = threads, note, holding
         self._process: subprocess.Popen[bytes] | None = None
-        self._connection: Connection
+        self._messages: Messages
+        self._received: queue.SimpleQueue[tuple[str, Any] | None]
         self._errors: IO[bytes]
         self._stopped = self._greeted = False
         self._lock = threading.Lock()  # so that no process begins after the stop
@@ -68,7 +70,7 @@ class Child:
         """Compile the kernels that ``run`` needs, unless they are kept; a failure shows when they are used."""
         try:
             self._start()
-            self._connection.send(run)
+            self._messages.send(run)
             self._wait_for(("compiled",), COMPILE_LIMIT, heard)
         except (EOFError, OSError):
             self.close()
@@ -78,7 +80,7 @@ class Child:
         with self._lock:
             self._stopped = True
             if self._process is not None:
-                self._process.send_signal(signal.SIGTERM)
+                self._messages.end()
 
     def kill(self) -> None:
         """Kill the process and all that it started."""
@@ -99,7 +101,7 @@ class Child:
         code = process.poll()
         _kill_group(process)
         process.wait()
-        self._connection.close()
+        self._messages.close()
         self._errors.seek(0)
         words = self._errors.read().decode("utf-8", "replace").strip().splitlines()[-1:]
         self._errors.close()
@@ -112,7 +114,7 @@ class Child:
         start, key = clock.monotonic(), task.trial.key
         try:
             self._start()
-            self._connection.send(task)
+            self._messages.send(task)
             note = partial(self._note, task.trial)
             what, value = self._wait_for(("started", "record"), COMPILE_LIMIT, heard, note)
             start = clock.monotonic()
@@ -137,16 +139,18 @@ class Child:
             if self._process is not None:
                 return
             self._greeted = False
-            self._connection, theirs = Pipe()
             self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
             path = os.pathsep.join([str(PACKAGE.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "knittest.studies.trials.worker", str(theirs.fileno())],
-                pass_fds=[theirs.fileno(), *self._holding], start_new_session=True,
+                [sys.executable, "-P", "-m", "knittest.studies.trials.worker"],
+                pass_fds=self._holding if os.name == "posix" else (), start_new_session=True,
                 env=os.environ | {"PYTHONPATH": path} | dict.fromkeys(THREAD_VARIABLES, str(self.threads)),
-                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=self._errors,
+                stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors,
             )  # fmt: skip
-            theirs.close()
+            assert self._process.stdin is not None and self._process.stdout is not None
+            self._messages = Messages(self._process.stdout, self._process.stdin)
+            self._received = queue.SimpleQueue()
+            threading.Thread(target=_receive_all, args=(self._messages, self._received), daemon=True).start()
 
     def _start(self) -> None:
         self.begin()
@@ -163,25 +167,43 @@ class Child:
     ) -> tuple[str, Any]:  # fmt: skip
         """Return the first ``wanted`` message; raises ``TimeoutError``, or ``EOFError`` when the process is gone."""
         end = clock.monotonic() + limit
-        while self._connection.poll(max(end - clock.monotonic(), 0.0)):
-            what, value = self._connection.recv()
+        while True:
+            try:
+                message = self._received.get(timeout=max(end - clock.monotonic(), 0.0))
+            except queue.Empty:
+                raise TimeoutError(f"no answer in {limit:g} s") from None
+            if message is None:
+                raise EOFError
+            what, value = message
             if what in wanted:
                 return what, value
             if what == "at" and heard is not None:
                 heard(value)
             if what == "log" and note is not None:
                 note(*value)
-        raise TimeoutError(f"no answer in {limit:g} s")
 
     def _end(self) -> None:
         """Ask the process to end, with a checkpoint if it runs a trial, and kill it if it does not."""
         if self._process is not None:
-            self._process.send_signal(signal.SIGTERM)
+            self._messages.end()
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(GRACE)
             self.close()
 
 
+def _receive_all(messages: Messages, received: "queue.SimpleQueue[tuple[str, Any] | None]") -> None:
+    """Put all messages that come in into ``received``, and None at their end."""
+    try:
+        with suppress(EOFError, OSError, ValueError, pickle.UnpicklingError):  # the process died, perhaps in a message
+            while True:
+                received.put(messages.receive())
+    finally:
+        received.put(None)
+
+
 def _kill_group(process: "subprocess.Popen[bytes]") -> None:
     with suppress(OSError):
-        os.killpg(process.pid, signal.SIGKILL)
+        if os.name == "posix":
+            os.killpg(process.pid, signal.SIGKILL)
+        else:  # what it started ends when its input does
+            process.kill()

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from knittest.base.errors import InputError, KnittestError, ResourceError
-from knittest.export.identity import cores
+from knittest.base.machine import available_cores
 from knittest.runs.options import RunOptions
 from knittest.studies.trials.child import GRACE, Child, Note
 from knittest.studies.trials.trial import Record, Trial, code_digest
@@ -47,8 +47,8 @@ class LocalPool:
         self, workers: int | None = None, threads: int | None = None, note: Note = lambda *_: None,
         holding: Sequence[int] = (),
     ) -> None:  # fmt: skip
-        workers = workers or max(cores() // (threads or 1), 1)
-        threads = threads or max(cores() // workers, 1)
+        workers = workers or max(available_cores() // (threads or 1), 1)
+        threads = threads or max(available_cores() // workers, 1)
         self.children = [Child(threads, note, holding) for _ in range(workers)]
         self._idle: queue.SimpleQueue[Child] = queue.SimpleQueue()
         for child in self.children:

@@ -1,6 +1,5 @@
 """Trials: one run each, with a key of all that its result depends on; folder, record, and the ledger of records."""
 
-import fcntl
 import hashlib
 import json
 import math
@@ -12,6 +11,8 @@ from dataclasses import asdict, dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, Self
+
+from filelock import lock_descriptor
 
 import knittest
 from knittest.base.errors import InputError, ResourceError
@@ -213,20 +214,24 @@ class Ledger:
         self.path = path
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._stream = path.open("ab+")
+            # a file of its own, because Windows lets nobody read what is locked
+            self._lock = path.with_name(f".{path.stem}.lock").open("w")
+            try:
+                if not lock_descriptor(self._lock.fileno(), blocking=False):
+                    raise ResourceError(f"{path}: another process runs this study; wait until it ends")
+                self._stream = path.open("ab+")
+            except BaseException:
+                self._lock.close()
+                raise
         except OSError as error:
             raise resource_error(path, error) from error
-        try:
-            fcntl.flock(self._stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self._stream.close()
-            raise ResourceError(f"{path}: another process runs this study; wait until it ends") from None
 
     def add(self, record: Record) -> None:
         """Append one line and flush it to the disk; first ends a line that a crash cut short."""
         try:
             size = self._stream.seek(0, os.SEEK_END)
-            torn = size > 0 and os.pread(self._stream.fileno(), 1, size - 1) != b"\n"
+            self._stream.seek(max(size - 1, 0))
+            torn = size > 0 and self._stream.read(1) != b"\n"
             data = json_ready(asdict(record) | {"summary": record.summary or {}})
             line = json.dumps({**data, DIGEST: _digest(data)}, allow_nan=False).encode() + b"\n"
             self._stream.write(b"\n" * torn + line)
@@ -240,6 +245,7 @@ class Ledger:
 
     def __exit__(self, *_: object) -> None:
         self._stream.close()
+        self._lock.close()
 
 
 def read_ledgers(folder: Path, tell: Callable[[str], None]) -> dict[str, Record]:

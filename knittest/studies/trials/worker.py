@@ -6,6 +6,7 @@ It keeps imports and kernels from trial to trial. When its parent is gone it sav
 import faulthandler
 import io
 import os
+import pickle
 import queue
 import signal
 import sys
@@ -17,9 +18,8 @@ from contextlib import redirect_stderr, suppress
 from dataclasses import dataclass
 from functools import partial
 from math import isnan
-from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TextIO
+from typing import IO, Any, TextIO
 
 from knittest.base.errors import OUT_OF_MEMORY, InputError, NumericalError, ResourceError, is_out_of_memory
 from knittest.base.interrupts import Interrupted, Interrupts
@@ -46,16 +46,45 @@ class Task:
     options: RunOptions
 
 
-def serve(connection: Connection) -> None:
+class Messages:
+    """Objects of Python in both directions, by pipes that every operating system has."""
+
+    def __init__(self, incoming: IO[bytes], outgoing: IO[bytes]) -> None:
+        self._incoming, self._outgoing = incoming, outgoing
+        self._lock = threading.Lock()
+
+    def send(self, message: object) -> None:
+        """Send ``message`` whole, from any thread; raises ``OSError`` when nobody reads any more."""
+        content = pickle.dumps(message)
+        with self._lock:
+            if self._outgoing.closed:
+                raise BrokenPipeError("stopped")
+            self._outgoing.write(content)
+            self._outgoing.flush()
+
+    def receive(self) -> Any:
+        """Wait for the next message; raises ``EOFError`` when there will be none."""
+        return pickle.load(self._incoming)
+
+    def end(self) -> None:
+        """Send nothing more, so that the reader ends."""
+        with self._lock, suppress(OSError):
+            self._outgoing.close()
+
+    def close(self) -> None:
+        """Close both directions."""
+        self.end()
+        self._incoming.close()
+
+
+def serve(messages: Messages) -> None:
     """Do the tasks that come in, a :class:`Task` to run or a :class:`Run` whose kernels to compile, until none can."""
     tasks: queue.SimpleQueue[Task | Run] = queue.SimpleQueue()
-    lock = threading.Lock()
 
     def send(what: str, value: object) -> None:
-        with lock:
-            connection.send((what, value))
+        messages.send((what, value))
 
-    threading.Thread(target=_listen, args=(connection, tasks), daemon=True).start()
+    threading.Thread(target=_listen, args=(messages, tasks), daemon=True).start()
     send("code", code_digest())
     use_threads(None)
     with redirect_stderr(_StandardError(sys.stderr, send)):
@@ -91,10 +120,16 @@ def perform(task: Task, send: Send) -> Record:
 
 
 def main() -> None:
-    """Serve the connection whose file descriptor is the first argument."""
+    """Serve the process at the other end of standard input and output; whatever else is printed goes nowhere."""
     faulthandler.enable()
+    with open(os.dup(sys.stdout.fileno()), "wb") as outgoing, open(os.devnull, "wb") as nowhere:  # noqa: PTH123
+        os.dup2(nowhere.fileno(), sys.stdout.fileno())
+        _serve_until_stopped(Messages(sys.stdin.buffer, outgoing))
+
+
+def _serve_until_stopped(messages: Messages) -> None:
     try:
-        serve(Connection(int(sys.argv[1])))
+        serve(messages)
     except (Interrupted, OSError):  # stopped, or the parent is gone
         sys.exit(1)
 
@@ -138,13 +173,16 @@ def _send_log(send: Send, event: str, **fields: object) -> None:
     send("log", (event, fields))
 
 
-def _listen(connection: Connection, tasks: "queue.SimpleQueue[Task | Run]") -> None:
+def _listen(messages: Messages, tasks: "queue.SimpleQueue[Task | Run]") -> None:
     """Pass tasks on; when the parent is gone, stop with a checkpoint, as a user would."""
     try:
         while True:
-            tasks.put(connection.recv())
+            tasks.put(messages.receive())
     except (EOFError, OSError):
-        os.kill(os.getpid(), signal.SIGTERM)
+        if os.name == "posix":
+            os.kill(os.getpid(), signal.SIGTERM)  # wakes the main thread
+        else:  # where os.kill would end the process at once
+            signal.raise_signal(signal.SIGTERM)
 
 
 def _load_kernels(run: Run, send: Send) -> None:
