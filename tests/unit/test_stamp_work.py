@@ -46,7 +46,7 @@ def ledger(kind: str) -> tuple[History, np.ndarray]:
         run = SimpleNamespace(
             model=SimpleNamespace(mesh=SimpleNamespace(part_names=parts)), tally=tally, time=now, kinetic=0.4 * k,
             damping_loss=0.9 * k, energy_rows=rows, start_energy=np.zeros(len(parts) * (1 + len(mechanisms)) + 2),
-            recovered_energy=0.3 * k, guide_energy=0.0,
+            recovered_energy=0.3 * k, guide_energy=0.0, rig=SimpleNamespace(relaxed_rows=0),
         )  # fmt: skip
         run.work, run.friction_losses = (
             (lambda run=run: ModelStepper.work(run)),

@@ -19,7 +19,7 @@ def test_a_path_of_loops_ends_at_its_force_and_passes(angle):
     run, cell = cell_run(request, PlannedTest("biaxial", angle=angle)), Cell()
     prepared = cell.prepare(run)
     history, cost = cell.solve(prepared, run, SILENT)
-    assert 1.0 <= history.curve["warp_n_per_mm"].max() < 1.3  # a few rows later
+    assert 1.0 <= history.curve["warp_n_per_mm"].max() < 1.4  # a row later
     warp, weft = 0.01 * history.curve["path_pct"][-1] * np.array(strains_at_end(run))
-    assert warp + 0.5 * weft == pytest.approx(0.238, rel=0.03)
+    assert warp + 0.5 * weft == pytest.approx(0.246, rel=0.02)
     assert cell.assess(run, prepared, history, cost).failures == ()
