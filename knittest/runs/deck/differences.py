@@ -16,8 +16,8 @@ Solver = Literal["ls-dyna", "openradioss"]
 
 BROKEN = {
     "ls-dyna": "a broken cable leaves its beam: {share:g} % of the axial stiffness, full bending stiffness",
-    "openradioss": "a broken cable is deleted with its beam and its contact; the beam fails at the same axial strain, "
-    "and its force falls to zero over about ten steps",
+    "openradioss": "the force of a cable falls to zero where it breaks; its beam fails at the same axial strain, and "
+    "its force falls to zero over about ten steps; their contact is removed",
 }
 CONTACT = {
     "ls-dyna": (

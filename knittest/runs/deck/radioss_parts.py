@@ -3,9 +3,10 @@
 Each function names its keywords of the Radioss reference guide (Altair, 2021 to 2026). The columns were checked against
 the definitions of OpenRadioss' own reader (hm_cfg_files, input version 2026).
 
-How a yarn breaks: the cable (/SPRING) is deleted at DeltaMax, its failure strain. The beam between the same nodes fails
-at the same engineering strain (/FAIL/TENSSTRAIN, Epsilon_f2 of the signed axial strain), and its force falls to zero
-over about ten steps. Then their contact segment is removed (/INTER/TYPE11, Idel = 2).
+How a yarn breaks: the curve of the cable (/SPRING) falls to zero at its failure strain. The engine compares DeltaMax
+with the elongation in mm, not with the strain of Ileng = 1, so DeltaMax only deletes the broken cable. The beam between
+the same nodes fails at the same engineering strain (/FAIL/TENSSTRAIN, Epsilon_f2 of the signed axial strain), and its
+force falls to zero over about ten steps. Then their contact segment is removed (/INTER/TYPE11, Idel = 2).
 """
 
 from collections import defaultdict
@@ -48,11 +49,14 @@ RIGHT_ANGLE = 90.0
 PER_LENGTH, NO_SHEAR = 1, 1
 #: S_Flag of /FAIL/TENSSTRAIN: engineering strain; Epsilon_f1 of its equivalent strain: never
 ENGINEERING, NEVER = 11, 1e20
-#: a cable carries no force down to this strain
-SHORTEST = -1.0
+#: a cable carries no force down to this strain; its force falls to zero within this share of its failure strain
+SHORTEST, FALL = -1.0, 1e-3
 #: Istf of /INTER/TYPE11: Stfac is the penalty stiffness; Igap: Gapmin is the gap; Idel: segments go with any element;
-#: Inacti: an initial penetration shortens the gap there; Iform: friction by a tangential stiffness
-OWN_STIFFNESS, OWN_GAP, WITH_ANY_ELEMENT, REMOVED, INCREMENTAL = 1, 1000, 2, 6, 2
+#: Inacti: an initial penetration shortens the gap there by itself (6: by 5 % of the distance more, a clearance); Iform:
+#: friction by a tangential stiffness
+OWN_STIFFNESS, OWN_GAP, WITH_ANY_ELEMENT, REMOVED, INCREMENTAL = 1, 1000, 2, 5, 2
+#: Stfac over the stiffness of a pair: the engine puts both sides in series, Stfac / 2, and halves this
+OF_PAIR = 4.0
 #: a time that no run reaches
 ALWAYS = 1e30
 #: directions of /IMPVEL and /GRAV by the degree of freedom
@@ -176,13 +180,19 @@ def _add_cables(deck: BlockFile, own: YarnSection, kind: CableKind) -> None:
     """Add /PROP/TYPE4 (SPRING) with its force over strain, /PART and /SPRING of the elements of ``kind``."""
     title, mesh, prop = own.cable_title(kind), own.model.mesh, deck.number_for("property")
     strain, force = own.cable_curve(kind)
+    longest = 1.0
+    if kind.breaks:
+        whole = strain < kind.fail
+        force = np.concatenate([force[whole], [np.interp(kind.fail, strain, force), 0.0, 0.0]])
+        strain = np.concatenate([strain[whole], kind.fail * np.array([1.0, 1.0 + FALL, 2.0])])
+        longest = max(1.0, float(own.length[kind.of].max()))
     function = deck.function(f"{title}: force [N]", np.append(SHORTEST, strain), np.append(0.0, force))
     deck.block(f"PROP/TYPE4/{prop}", title)
     mass = (1.0 - MASS_SHARE) * own.line_mass
     deck.card("MASS:20 :30 sens_ID Isflag Ileng", mass, None, 0, 0, PER_LENGTH)
     deck.card("K1:20 C1:20 A1:20 B1:20 D1:20", own.axial, 0.0, 0.0, 0.0, 0.0)
     names = "fct_ID11 H1 fct_ID21 fct_ID31 fct_ID41 : DeltaMin1:20 DeltaMax1:20"
-    deck.card(names, function, 0, 0, 0, 0, None, 0.0, kind.fail if kind.breaks else 0.0)
+    deck.card(names, function, 0, 0, 0, 0, None, 0.0, kind.fail * longest if kind.breaks else 0.0)
     deck.card("F1:20 E1:20 Ascale1:20 Hscale1:20", 0.0, 0.0, 0.0, 0.0)
     part = add_part(deck, title, prop, 0)
     numbers = own.numbers[kind.of]
@@ -246,7 +256,7 @@ def _add_interface(deck: BlockFile, title: str, lines: tuple[int, int], law: Con
     names = "line_IDs line_IDm Istf Ithe Igap : Irem_gap Idel"
     deck.card(names, *lines, OWN_STIFFNESS, 0, OWN_GAP, None, 0, WITH_ANY_ELEMENT)
     deck.card("Stmin:20 Stmax:20 mesh_size:20 dtmin:20 Iform sens_ID", 0.0, 0.0, 0.0, 0.0, INCREMENTAL, 0)
-    deck.card("Stfac:20 Fric:20 Gapmin:20 Tstart:20 Tstop:20", law.normal, law.kinetic, gap, 0.0, 0.0)
+    deck.card("Stfac:20 Fric:20 Gapmin:20 Tstart:20 Tstop:20", OF_PAIR * law.normal, law.kinetic, gap, 0.0, 0.0)
     deck.card("IBC :20 Inacti VISs:20 VISF:20 Bumult:20", "000", None, REMOVED, CONTACT_DAMPING, 0.0, 0.0)
     deck.card(":90 fric_ID", None, 0)
 
