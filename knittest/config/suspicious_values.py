@@ -210,7 +210,8 @@ def _rejected_card(run: Run) -> Iterator[str]:
     if run.model.scale == "meso" or macro.shear is None or macro.bending_stiffness is None:
         return
     bending = {f"bending_stiffness.{d}": macro.bending_stiffness.of(d).ref for d in ("warp", "weft")}
-    for name, ref in {"shear": macro.shear.ref, **bending}.items():
+    tension = {"biaxial": macro.biaxial.ref} if macro.biaxial else {}
+    for name, ref in {"shear": macro.shear.ref, **bending, **tension}.items():
         if REJECTED in ref:
             failure = first_failure(ref.partition(REJECTED)[2])
             decides = any(f"macro.{name}".startswith(field) for field in deciding_fields(run))

@@ -236,10 +236,10 @@ def loss_ratios(energies: dict[str, Array]) -> tuple[Array, Array, Array]:
     """
     work = largest_work(energies)
     internal = np.sum([values for name, values in energies.items() if name.startswith("internal_")], axis=0)
-    contacts = energies["contact_damping_mj"] + energies.get("contact_recovery_mj", 0.0)
     moving = 0.0 if "relaxation_mj" in energies else 1.0
+    contacts = moving * energies["contact_damping_mj"] + energies.get("contact_recovery_mj", 0.0)
     pairs = (
-        (moving * energies["damping_mj"], work), (moving * contacts, work),
+        (moving * energies["damping_mj"], work), (contacts, work),
         (energies["hourglass_mj"], np.maximum.accumulate(np.maximum(internal, 0.0))),
     )  # fmt: skip
     with np.errstate(divide="ignore", invalid="ignore"):  # a part of nothing is infinite, unless it is nothing itself

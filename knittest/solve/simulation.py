@@ -108,7 +108,10 @@ def _run_rows(
     even = np.linspace(0.0, 1.0, output.frames + 1)
     marks = [*sorted({*even.tolist(), *run.rig.marks}), np.inf]
     while run.time < run.rig.duration or run.row_steps > 0:  # a row once begun is finished, also after a restart
-        stored = _advance_row(run, row_steps, observer)
+        steps = row_steps
+        if run.rig.relaxed_rows:  # also after the time step was shortened
+            steps = max(min(row_steps, ceil((run.rig.duration - run.time) / run.dt)), 2)
+        stored = _advance_row(run, steps, observer)
         relaxed = _relax_row(run, stored) if run.rig.relaxed_rows else None
         row = _record(run, stored if relaxed is None else _stored_energies(run), relaxed)
         if check_speed is not None:
@@ -170,6 +173,7 @@ def _relax_row(run: Simulation, stored: StoredEnergies) -> Relaxation:
     damped = run.tally.energy[:, 3].copy()
     run.moving_energy = run.kinetic
     found = relax_held(run.model, run.drive, run.tally, run.dt, RELAXED_ROW, RELAXING_ROW, run.rig.rest_force)
+    run.cost.steps += found.steps
     run.tally.energy[:, 3] = damped
     run.kinetic, run.loss_rate = 0.0, 0.0
     run.relaxation_loss += max(_balance(run, _stored_energies(run))["balance_error_mj"] - before, 0.0)

@@ -15,6 +15,8 @@ from knittest.models.tool import Table, ramp
 KNOTS, FABRIC = 400, 100.0
 #: time [ms] before a motion that is held to relax the cell on its way, longer than any step
 PAUSE = 0.1
+#: knots of the motion that it lasts at least, between which the motion is linear
+PAUSED_KNOTS = 2.0
 #: strain from which on loops slide far along each other and fabric contracts
 LARGE = 0.05
 
@@ -106,10 +108,11 @@ def time_path(run: CellRun, path: CellPath) -> tuple[CellPath, Table]:
     longest = max(float(np.abs(np.diff(path.at[:, q])).sum()) / float(np.abs(path.at[0, :6]).max()) for q in range(6))
     way = path.end if path.name != "path_pct" else longest
     progress = ramp(run.solver.ramp_ms, rate / way)
-    pause = PAUSE if run.is_relaxed else 0.0
+    duration = 0.5 * run.solver.ramp_ms + way / rate
+    pause = max(PAUSE, PAUSED_KNOTS * duration / KNOTS) if run.is_relaxed else 0.0
     if pause:
         progress = Table((0.0, *(pause + t for t in progress.time)), (0.0, *progress.value))
-    return replace(path, duration=pause + 0.5 * run.solver.ramp_ms + way / rate), progress
+    return replace(path, duration=pause + duration), progress
 
 
 #: shear angles at which results are read [deg], and half the range over which they are averaged

@@ -298,8 +298,10 @@ def _fields(part: str, fabric: Fabric, numbers: Mapping[PlannedTest, PathResult]
         table, _ = card.biaxial_table([(numbers[piece].x, numbers[piece].y) for piece in pieces])
         strain, force = table.samples
         rows = [[_round_number(v) for v in row] for row in np.column_stack([100.0 * strain, force])]
-        ref, pulled = _derived_ref(digest), [d for d in card.ALONG if fabric.inlays_along(d)]
-        strains = {d: _bundle_strain(fabric, d, numbers[card.ALONG[d]]) for d in pulled}
+        ref = _derived_ref(digest, next((numbers[piece].rejected for piece in pieces if numbers[piece].rejected), ""))
+        last = {d: 100.0 * numbers[piece].x[-1].max() for d, piece in card.ALONG.items()}
+        failed = [d for d in card.ALONG if card.inlays_fail(fabric, d, last[d])]
+        strains = {d: _bundle_strain(fabric, d, numbers[card.ALONG[d]]) for d in failed}
         return {"biaxial": {"points": rows, "source": "derived", "ref": ref}} | card.coupled_fracture(strains, ref)
     for piece in pieces:
         x, y, rejected = numbers[piece]

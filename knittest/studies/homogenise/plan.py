@@ -11,7 +11,7 @@ import numpy as np
 
 from knittest.base.arrays import Array
 from knittest.base.errors import InputError
-from knittest.config.fabric import Direction
+from knittest.config.fabric import Direction, Fabric
 from knittest.config.loading import resolve
 from knittest.config.rigs import StripRig
 from knittest.config.run import Run
@@ -227,15 +227,15 @@ def cell_run(request: Request, piece: PlannedTest) -> Run:
         raise InputError("variability.specimens: all yarns of a cell are equal: leave it at 1")
     usual = []  # tensile paths reach yarn failure, and the shear law ends beyond 40 deg
     if piece.kind == "tensile":
-        usual = [command_setting("rig.max_strain", _inlay_strain(run, str(piece.direction)))]
+        usual = [command_setting("rig.max_strain", inlay_strain(run.fabric, str(piece.direction)))]
     elif piece.kind == "picture-frame":
         usual = [command_setting("rig.max_angle", ANGLE)]
     return resolve_meso_run(request, "cell", None, [*settings, *usual, *sets])
 
 
-def _inlay_strain(run: Run, direction: str) -> float:
+def inlay_strain(fabric: Fabric, direction: str) -> float:
     """Strain [%] beyond that at which straight inlays of ``direction`` fail; without inlays about that of a knit."""
-    most = run.fabric.straight_failure_strain(direction)
+    most = fabric.straight_failure_strain(direction)
     return round(100.0 * STRAIN_MARGIN * most, 4) if np.isfinite(most) else KNIT_SCALE
 
 
@@ -269,7 +269,7 @@ def _path_end(run: CellRun, angle: float, most: float) -> Array:
     """Strains [%] of warp and weft at the end of a path: the first one that is at its limit, ``most`` for both, at
     ``angle`` [deg] of their plane, each over the largest strain of its direction.
     """
-    inlay = np.array([_inlay_strain(run, d) for d in DIRECTIONS])
+    inlay = np.array([inlay_strain(run.fabric, d) for d in DIRECTIONS])
     way = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))]) * np.minimum(inlay, most)
     knit = np.array([not run.fabric.inlays_along(d) for d in DIRECTIONS])
     limit = np.where(knit, np.where(way > 0.0, KNIT_STRAIN, KNIT_CONTRACTION), inlay)
