@@ -226,7 +226,7 @@ def kinetic_ratios(run: Run, energies: dict[str, Array]) -> Array:
 
 def largest_work(energies: dict[str, Array]) -> Array:
     """Largest work so far [mJ], (n_rows,); of a specimen that is relaxed at each row with the energy that it gave."""
-    return np.maximum.accumulate(energies.get("turnover_mj", np.abs(energies["external_mj"])))
+    return np.maximum.accumulate(energies.get("energy_input_mj", np.abs(energies["external_mj"])))
 
 
 def loss_ratios(energies: dict[str, Array]) -> tuple[Array, Array, Array]:

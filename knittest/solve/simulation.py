@@ -163,11 +163,11 @@ def _mount(run: Simulation, observer: Observer) -> None:
 
 
 def _relax_row(run: Simulation, stored: StoredEnergies) -> Relaxation:
-    """Relax at the end of a row, under held motions: the row is that of a state of rest, and its only sample.
+    """Relax the model at the end of a row while all motions are held.
 
-    Nothing is moving there, so that neither inertia nor damping bears any force. ``stored`` are the energies before.
-    What the relaxation takes, the kinetic energy before it too, is counted apart from damping: it is the energy of
-    jumps from one state of rest to the next.
+    The row records this state of equilibrium only. Neither inertia nor damping bears any force in it. ``stored`` are
+    the energies before. The energy that the relaxation takes, with the kinetic energy before it, is recorded apart from
+    damping.
     """
     before = _balance(run, stored)["balance_error_mj"]
     damped = run.tally.energy[:, 3].copy()
@@ -341,8 +341,8 @@ def _balance(run: Simulation, stored: StoredEnergies) -> dict[str, float]:
     spent, relaxed = elastic + friction, {}
     if run.rig.relaxed_rows:  # loops that start to move give energy of their own, and little work may be done on them
         error, kinetic = error - run.relaxation_loss, run.moving_energy
-        largest = max([abs(external) + max(-elastic, 0.0), *(r["turnover_mj"] for r in run.energy_rows[-1:])])
-        spent, relaxed = largest, {"relaxation_mj": run.relaxation_loss, "turnover_mj": largest}
+        largest = max([abs(external) + max(-elastic, 0.0), *(r["energy_input_mj"] for r in run.energy_rows[-1:])])
+        spent, relaxed = largest, {"relaxation_mj": run.relaxation_loss, "energy_input_mj": largest}
     parts = {f"internal_{name}_mj": float(v) for name, v in zip(names, internal, strict=True)}
     return {
         "time_ms": run.time,

@@ -171,7 +171,7 @@ PULLED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 #: strain [%] of loops without inlays
 KNIT_STRAIN = 40.0
-#: speed [m/s] of 100 mm of fabric whose rows are relaxed: inertia is small enough not to move loops far
+#: speed [m/s] of 100 mm of fabric whose rows are relaxed: at it the kinetic energy is a small share of the work
 RELAXED_SPEED = {"shear": 0.3, "bending": 0.05}
 
 

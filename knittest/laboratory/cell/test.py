@@ -271,9 +271,9 @@ class Cell(FabricTest[CellRun]):
             history = replace(history, energies=energies | {"kinetic_ratio": ratio})
         if run.is_relaxed:  # energies verify the whole path: the first loops that move do so under hardly any work
             energies = history.energies
-            all_of_it = max(float(energies["turnover_mj"][-1]), LEAST_WORK)
+            all_of_it = max(float(energies["energy_input_mj"][-1]), LEAST_WORK)
             judged = {
-                "turnover_mj": np.full_like(energies["turnover_mj"], all_of_it),
+                "energy_input_mj": np.full_like(energies["energy_input_mj"], all_of_it),
                 "energy_error": np.abs(energies["balance_error_mj"]) / all_of_it,
             }
             history = replace(history, energies=energies | judged)
