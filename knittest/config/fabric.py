@@ -96,7 +96,7 @@ class MacroMaterial(Strict):
     )
     fracture_strain: Annotated[PerDirection, Absent] = number(
         None, "%", "element deletion strain; required with tension, none with biaxial: nothing fails", gt=0,
-        band=(0.1, 100),
+        band=(0.1, 50),
     )  # fmt: skip
     fracture_strain_fraction: ClassVar[Kernel[DirectionalNumber]] = Kernel("fracture_strain")
     bending_stiffness: Annotated[PerDirection, Absent] = number(

@@ -48,7 +48,7 @@ NAMED = {
     ),
     "solve/body.py": "friction is a coefficient here",
     **dict.fromkeys(
-        ("config/fabric.py", "config/sources.py", "laboratory/reference_curves.py"),
+        ("config/fabric.py", "config/sources.py", "config/suspicious_values.py", "laboratory/reference_curves.py"),
         "biaxial is also the macro law of two strains",
     ),
     **dict.fromkeys(

@@ -43,8 +43,8 @@ PATH_ROWS, GRID = 81, 24
 AT_THE_END = 1e-3
 #: share of the largest strain at the ends of all paths from which on the end of one path is about the same
 SAME_END = 0.95
-#: largest fracture strain [%] of a card, beyond any path, of directions in which nothing fails
-LARGEST_FRACTURE = 100.0
+#: largest fracture strain [%] of a card, of directions in which nothing fails
+LARGEST_FRACTURE = 50.0
 #: least bending stiffness of a card [N mm]: slack loops bend without any moment, shells cannot
 LEAST_BENDING = 1e-3
 #: fewest rows of a run's curve up to the largest force
