@@ -28,8 +28,6 @@ from knittest.solve.state import Observer, SimulationCost
 
 #: least number of rows at which a cell of soft loops is relaxed, and largest strain from one to the next [-]
 FEWEST_RELAXED, ROW_STRAIN = 100, 0.004
-#: force with which residual forces of slack loops are compared, over EI / (loop length)^2 [-]
-SLACK_SHARE = 1.0
 #: residual [% of the contact forces] up to which a row is at rest, and share of rows that may be on their way: loops
 #: that jump from one state to the next have contacts without force
 LARGEST_RESIDUAL, FEW_ROWS = 5.0, 0.1
@@ -56,7 +54,8 @@ class CellTest(TestRig):
         self.path, self.progress = time_path(run, path)
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
         self.relaxed_rows = max(FEWEST_RELAXED, ceil(self.path.stretch / ROW_STRAIN)) if run.is_relaxed else 0
-        self.rest_force = SLACK_SHARE * run.fabric.knitting.bending_stiffness_n_mm2 / run.fabric.loop_length_mm**2
+        # slack loops, whose contacts bear hardly any force, resist bending by about this
+        self.rest_force = run.fabric.knitting.bending_stiffness_n_mm2 / run.fabric.loop_length_mm**2
         self.bent, self.locks = run.rig.about, run.rig.path == "shear"
         self.ends_at = np.inf if run.rig.end_angle is None else run.rig.end_angle / run.rig.max_angle
         ends = run.rig.path in TENSION_PATHS and run.rig.max_force is not None

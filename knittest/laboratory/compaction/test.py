@@ -15,8 +15,7 @@ from knittest.laboratory.strips import centre_paths, creep_speed, cut_piece, nee
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary, Readings
 from knittest.models.meso import build_meso
 from knittest.models.tool import Table, plate, ramp
-from knittest.solve.simulation import LOCKED
-from knittest.solve.state import Observer, SimulationCost
+from knittest.solve.state import LOCKED, Observer, SimulationCost
 
 # Two smooth plates close on a square of yarns, each at half the speed, until a pressure is reached. The fabric's middle
 # stands still: its drag and inertia press on both plates alike. The plates are smaller than the piece, as a presser

@@ -54,7 +54,7 @@ class Messages:
         self._lock = threading.Lock()
 
     def send(self, message: object) -> None:
-        """Send ``message`` whole, from any thread; raises ``OSError`` when nobody reads any more."""
+        """Send ``message`` whole, from any thread; raises ``OSError`` when no process reads any more."""
         content = pickle.dumps(message)
         with self._lock:
             if self._outgoing.closed:
