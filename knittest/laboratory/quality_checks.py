@@ -145,7 +145,7 @@ def assess(
     if not span.to_failure and "penetration_max_pct" in history.contacts:
         penetration = max(penetration, 0.01 * float(history.contacts["penetration_max_pct"].max(initial=0.0)))
     free = [history.contacts.get(name, np.zeros(0))[: rows.stop] for name in FORCE_FREE]
-    lasting = [_lasting(found, _recovery_rows(run, prepared, history, cost)) for found in free]
+    lasting = [_lasting_overlap(found, _recovery_rows(run, prepared, history, cost)) for found in free]
     quality = Quality(
         ke_over_ie_max=float(kinetic_ratios(run, history.energies)[rows].max()),
         energy_error_max=float(history.energies["energy_error"][rows].max()),
@@ -190,7 +190,7 @@ def _recovery_rows(run: Run, prepared: PreparedSpecimen, history: History, cost:
     return 2 + ceil(steps * cost.time_step / float(np.median(np.diff(times))))
 
 
-def _lasting(values: Array, rows: int) -> Array:
+def _lasting_overlap(values: Array, rows: int) -> Array:
     """Least of ``values`` (n,) in each of their rows and the ``rows`` - 1 after it."""
     after = np.append(values, np.repeat(values[-1:], rows - 1))
     return sliding_window_view(after, rows).min(axis=1) if len(values) else values

@@ -9,11 +9,11 @@ from export_sample import cost, quality, strip
 from knittest.base.files import configs_dir
 from knittest.base.history import History, Specimen
 from knittest.config.loading import resolve
-from knittest.laboratory.biaxial.test import TAUT, BiaxialTest
+from knittest.laboratory.biaxial.test import TAUT_SHARE, BiaxialTest
 from knittest.laboratory.cantilever import meso_strip
 from knittest.laboratory.cantilever.test import Cantilever
 from knittest.laboratory.forming.test import Forming
-from knittest.laboratory.quality_checks import _lasting, _recovery_rows
+from knittest.laboratory.quality_checks import _lasting_overlap, _recovery_rows
 from knittest.laboratory.strips import carrying_width, inlays_across
 from knittest.laboratory.tensile.test import knit_results
 from knittest.models.contact_tracker import PORTION, SMALL_PORTION, ContactTracker
@@ -66,7 +66,7 @@ def test_a_square_without_inlays_in_the_strained_directions_runs_until_its_loops
     assert run.pulls_loops == loops
     assert (run.rig.max_strain, run.solver.speed) == ((40.0, 0.2) if loops else (4.0, 2.0))
     rig = BiaxialTest(run, np.zeros(1, np.int64), 1, np.full(2, 10.0))
-    assert rig.locks == loops and rig.locked_share == TAUT
+    assert rig.locks == loops and rig.locked_share == TAUT_SHARE
 
 
 def test_a_strip_of_loops_that_does_not_fail_is_compared():
@@ -161,6 +161,6 @@ def test_overlap_of_soft_yarns_counts_when_it_stays_longer_than_its_recovery():
     assert _recovery_rows(run, soft, history, cost) == 7
     assert _recovery_rows(run, stiff, history, cost) == 2
     overlap = np.where(np.arange(20) // 3 == 1, 15.0, 0.0)
-    assert _lasting(overlap, 2).max() == 15.0
-    assert _lasting(overlap, 4).max() == 0.0
-    assert _lasting(np.full(3, 15.0), 7).max() == 15.0
+    assert _lasting_overlap(overlap, 2).max() == 15.0
+    assert _lasting_overlap(overlap, 4).max() == 0.0
+    assert _lasting_overlap(np.full(3, 15.0), 7).max() == 15.0

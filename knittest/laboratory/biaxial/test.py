@@ -26,7 +26,7 @@ from knittest.solve.state import Observer, Simulation, SimulationCost
 
 #: energy of contacts over work from which on loops are taut: soon afterwards they slip off their cut ends at needles.
 #: Jersey, garter and rib get there at 15.4 to 17 % strain and 0.26 to 0.3 N/mm; jersey slips at 16.5 % and 0.43 N/mm
-TAUT = 0.03
+TAUT_SHARE = 0.03
 
 
 class BiaxialTest(TestRig):
@@ -39,7 +39,7 @@ class BiaxialTest(TestRig):
         self.held, self.axis, self.size, self.ratio = held, axis, size, rig.ratio
         self.ring_length = float(self.size.max())
         self.stop_ratio = rig.stop_force_ratio
-        self.locks, self.locked_share = run.pulls_loops, TAUT
+        self.locks, self.locked_share = run.pulls_loops, TAUT_SHARE
         fails = run.fabric.macro.deletion_strain  # shells may fail across the direction first
         self.ends_at_break = run.model.scale == "macro" and (
             rig.ratio * fails(rig.direction) > fails(cross_direction(rig.direction))
@@ -145,7 +145,7 @@ class Biaxial(FabricTest[BiaxialRun]):
         if not prepared.rig.locks or history.first_failure is not None:
             return quality
         larger = "cross_strain_pct" if run.rig.ratio > 1.0 else "strain_pct"
-        return quality.with_warnings(*locking_warning(history, run.rig.max_strain, larger, "% strain", TAUT))
+        return quality.with_warnings(*locking_warning(history, run.rig.max_strain, larger, "% strain", TAUT_SHARE))
 
     def span(self, history: History) -> Span:
         """Return the span up to the first failure, or to the end where nothing failed."""

@@ -28,7 +28,7 @@ THICKNESS, EDGE = 10.0, 1.0
 GAP, CREEP, CREEP_SHARE = 0.1, 0.3, 0.1
 #: time of rest before the plates move [ms]. The plates close at most by a share of the thickness, or to a share of the
 #: yarns piled up, whichever is more: ribs are thicker than their yarns
-REST, MOST, PILED = 12.0, 0.5, 0.6
+REST, MOST, PILED_SHARE = 12.0, 0.5, 0.6
 #: thickness over that of the yarns piled up from which on the plates close at a share of the speed where loops carry a
 #: direction alone: such a fabric has hardly any force until its yarns are piled up, and hits them
 PILING, PILING_SHARE = 1.1, 0.1
@@ -95,7 +95,7 @@ class CompactionTest(TestRig):
 
 def largest_closing(fabric: Fabric, start: float) -> float:
     """Largest travel of the plates [mm] towards each other from their distance at the ``start`` [mm]."""
-    return max(MOST * start, start - PILED * piled_height(fabric))
+    return max(MOST * start, start - PILED_SHARE * piled_height(fabric))
 
 
 def piled_height(fabric: Fabric) -> float:
@@ -207,7 +207,7 @@ class Compaction(FabricTest[CompactionRun]):
             quality = check_limit(quality, apart, UNEVEN_TOLERANCE, text, ": lower solver.speed")
         quality = check_limit(quality, depth, SUNK_TOLERANCE, f"plate penetration is {depth:.1f} % of the travel")
         if prepared.rig.locks and history.curve["time_ms"][-1] < prepared.duration:
-            quality = quality.with_warnings(*locking_warning(run, found["largest_pressure_kpa"]))
+            quality = quality.with_warnings(*pressure_locking_warning(run, found["largest_pressure_kpa"]))
         elif found["largest_pressure_kpa"] < run.rig.max_pressure:
             quality = quality.with_failed_check(
                 f"the plates closed to {history.curve['thickness_mm'][-1]:.3g} mm at "
@@ -226,7 +226,7 @@ class Compaction(FabricTest[CompactionRun]):
         return Span.from_value(history, "pressure_kpa", min(PRESSURES))
 
 
-def locking_warning(run: CompactionRun, reached: float) -> tuple[str, ...]:
+def pressure_locking_warning(run: CompactionRun, reached: float) -> tuple[str, ...]:
     """Say at which pressure [kPa] the test ended because its yarns locked; empty where it is the last one."""
     if reached >= run.rig.max_pressure:
         return ()
