@@ -26,6 +26,8 @@ ROUNDING = 4.0 * float(np.finfo(float).eps)
 #: fewest and most steps, else a period of the slowest mode, in which the residual no longer falls by a tenth, and
 #: residual up to which such a state is an equilibrium
 STALLED, LOST = (2000, 20000), 0.01
+#: residual over the tolerance at which a row is at rest although the last small moves go on
+NEGLIGIBLE = 0.1
 #: residual and most steps of the relaxation of a prestressed model before its test
 SETTLED, SETTLING = 0.01, 4000
 #: most steps where yarns press each other from the start, where they are soft, and overlap [mm] that starts to bear in
@@ -116,8 +118,9 @@ def relax(
     Converged when the residual is below ``tolerance`` and the move in a period of the slowest mode below ``tolerance``
     of the largest displacement so far from ``unloaded`` (n_nodes, 3), by default from where it begins; or when forces
     are no more than the rounding of positions gives (:data:`ROUNDING`) and nothing acts or the residual has come to its
-    least. Residual forces are compared with the force ``least`` [N] at least. ``look`` is called after every chunk of
-    steps. Raises :class:`NumericalError` when the state is no longer finite.
+    least. Residual forces are compared with the force ``least`` [N] at least; where it is given, a residual far below
+    the tolerance (:data:`NEGLIGIBLE`) suffices. ``look`` is called after every chunk of steps. Raises
+    :class:`NumericalError` when the state is no longer finite.
     """
     start = model.position() if unloaded is None else unloaded
     damped = DampedModel(model, drive, tally, dt, at)
@@ -139,6 +142,7 @@ def relax(
         found.converged = (
             bearing == 0 and found.steps > 4 * CHUNK and found.residual < tolerance and chunk.drift < tolerance * reach
         )
+        found.converged |= least > 0.0 and bearing == 0 and found.residual < NEGLIGIBLE * tolerance
         found.converged |= rounding.is_only_rounding(found, chunk.force, outside > rounding.noise)
     damped.release()
     return found
