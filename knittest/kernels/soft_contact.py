@@ -4,7 +4,7 @@ Two yarns store the energy V(d) per length of either between points at the dista
 Communications 15, 2622, for a fibre mass whose pressure grows as a power of its density), with the outer and the core
 diameter of equal yarns, D their difference and z = (d - core) / D:
 
-    V = k D^2 / (p (p - 1)) (z^(1 - p) - 1 + (1 - p)(1 - z)),    -dV/dd = k D / (p - 1) (z^-p - 1).
+    V = k D^2 / (p (p - 1)) (z^(1 - p) - 1 + (1 - p)(1 - z)),    -dV/dd = k D / p (z^-p - 1).
 
 The sum over nodes, each with its length, is the integral over both yarns. Straight yarns that cross at the angle a at
 the distance d store 2 pi / sin(a) times the integral of V(r) r from d to the outer diameter, and press each other with
@@ -58,6 +58,9 @@ def press_pairs(p, dt, nodes, pairs, law, tally):
         nx, ny, nz = dx * inv, dy * inv, dz * inv
         weight = pairs.weight[c]
         pressure = weight * shell_pressure(distance, law)[0]
+        if law.friction == 0.0:
+            force[0][c], force[1][c], force[2][c] = pressure * nx, pressure * ny, pressure * nz
+            continue
         ex, ey, ez = at3(spring, c)
         ux, uy, uz = scale(dt, sub(at3(v, i), at3(v, j)))
         tx, ty, tz = ex + ux, ey + uy, ez + uz

@@ -9,8 +9,8 @@ from knittest.base.arrays import Array
 from knittest.kernels.state import SoftLaw
 
 #: z = (d - core) / (outer - core) below which the law continues along its tangent: its stiffness there is 6e5 times
-#: the rigidity, and yarns that get so near press each other with 8e3 times rigidity and shell
-LEAST_DENSITY = 0.02
+#: the rigidity at an exponent of 2.4
+LEAST_SHARE = 0.02
 #: rows of the table
 ROWS = 4000
 #: z at which sticking is as stiff as pressing, times the tangential ratio
@@ -47,12 +47,11 @@ class SoftShell:
     def pressure(self, distance: Array) -> Array:
         """-dV/dd [N/mm2]."""
         p, z = self.exponent, np.minimum((np.asarray(distance, float) - self.core) / self.depth, 1.0)
-        return np.asarray(self.rigidity * self.depth / (p - 1.0) * (z**-p - 1.0))
+        return np.asarray(self.rigidity * self.depth / p * (z**-p - 1.0))
 
-    def stiffness(self, density: float) -> float:
-        """Stiffness d2V/dd2 [N/mm3] at z = ``density``."""
-        p = self.exponent
-        return p / (p - 1.0) * self.rigidity * density ** (-p - 1.0)
+    def stiffness(self, share: float) -> float:
+        """Stiffness d2V/dd2 [N/mm3] at z = ``share``."""
+        return self.rigidity * share ** (-self.exponent - 1.0)
 
     def crossing_force(self, distance: float, angle: float) -> float:
         """Force [N] of two straight yarns that cross at ``angle`` [rad] at a ``distance`` [mm]: 2 pi d V / sin."""
@@ -60,14 +59,14 @@ class SoftShell:
 
     def law(self, friction: float, tangential_ratio: float) -> SoftLaw:
         """Table for the kernels."""
-        least = self.core + LEAST_DENSITY * self.depth
+        least = self.core + LEAST_SHARE * self.depth
         at = np.linspace(least, self.outer, ROWS + 1)
         pressure = self.pressure(at)
         step = float(at[1] - at[0])
         # what the table stores is the exact integral of its pieces
         energy = np.append(np.cumsum((0.5 * step * (pressure[1:] + pressure[:-1]))[::-1])[::-1], 0.0)
         return SoftLaw(
-            self.outer, least, 1.0 / step, pressure, energy, self.stiffness(LEAST_DENSITY),
+            self.outer, least, 1.0 / step, pressure, energy, self.stiffness(LEAST_SHARE),
             tangential_ratio * self.stiffness(STICKING), friction,
         )  # fmt: skip
 
@@ -78,4 +77,4 @@ class SoftShell:
 
     def stiffest(self, length: float) -> float:
         """Largest stiffness [N/mm] that touching cores give a node, each of a ``length`` [mm] of its yarn."""
-        return CORES * self.stiffness(LEAST_DENSITY) * length**2
+        return CORES * self.stiffness(LEAST_SHARE) * length**2

@@ -277,7 +277,8 @@ FREE_RESTLESS = 1e-3
 def with_rest_spacing(run: Run) -> Run:
     """``run`` with the spacings of wales and courses that loops of soft yarns take when nothing holds them.
 
-    The stated spacings only say where the relaxation starts. Raises :class:`InputError` where no equilibrium is found.
+    The stated spacings only say where the relaxation starts. The fabric relaxes without friction, as one that was
+    worked or washed. Raises :class:`InputError` where no equilibrium is found.
     """
     if run.model.scale != "meso" or not run.fabric.is_soft:
         return run
@@ -294,7 +295,10 @@ def with_rest_spacing(run: Run) -> Run:
 
 def _relax_freely(run: Run) -> Numbers:
     """Size (2,) [mm] of the cell of ``run`` without mean stress, and the nodes of its yarns."""
-    model = build_meso_cell(run, relaxed_cell(run.fabric), 1, 1)
+    none = Quantity(value=0.0, source="derived", ref="relaxed fabric")
+    contact = run.fabric.contact.model_copy(update={"friction_coefficient": none, "static_friction_coefficient": None})
+    smooth = run.model_copy(update={"fabric": run.fabric.model_copy(update={"contact": contact})})
+    model = build_meso_cell(smooth, relaxed_cell(run.fabric), 1, 1)
     body = PeriodicBody(model, run.solver.safety, threads=1)
     body.free("ax", "by")
     for _ in range(CALLS):

@@ -29,7 +29,7 @@ from knittest.solve.state import Observer, SimulationCost
 #: least number of rows at which a cell of soft loops is relaxed, and largest strain from one to the next [-]
 FEWEST_RELAXED, ROW_STRAIN = 100, 0.004
 #: the same of yarns with a soft shell, which do not jump
-FEWEST_SOFT, SOFT_STRAIN = 30, 0.04
+FEWEST_SOFT, SOFT_STRAIN = 40, 0.04
 #: residual [% of the contact forces] up to which a row is at rest, and share of rows that may be on their way: loops
 #: that jump from one state to the next have contacts without force
 LARGEST_RESIDUAL, FEW_ROWS = 5.0, 0.1

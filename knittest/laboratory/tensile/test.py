@@ -1,6 +1,7 @@
 """Strip tensile test after DIN EN ISO 13934-1: one clamp fixed, one pulled at constant speed after a smooth start."""
 
 from collections.abc import Mapping
+from math import ceil
 
 import numpy as np
 
@@ -30,6 +31,8 @@ from knittest.models.meso import build_meso
 from knittest.models.tool import ramp
 from knittest.solve.state import Observer, SimulationCost
 
+#: least number of rows at which a strip of yarns with a soft shell is relaxed, and largest strain from one to the next
+FEWEST_ROWS, ROW_STRAIN = 40, 0.04
 #: a node this close to a clamp edge is gripped [mm]
 EDGE = 1e-6
 
@@ -47,6 +50,12 @@ class TensileTest(TestRig):
         self.max_strain = run.rig.max_strain_fraction
         self.stop_ratio = run.rig.stop_force_ratio
         self.duration = 0.5 * run.solver.ramp_ms + self.max_strain * self.gauge / self.speed
+        self.most = np.inf
+        if run.rig.max_force is not None:
+            self.most = run.rig.max_force * carrying_width(run, run.rig.direction)
+        if run.fabric.is_soft and run.model.scale == "meso":
+            self.relaxed_rows = max(FEWEST_ROWS, ceil(self.max_strain / ROW_STRAIN))
+            self.rest_force = run.fabric.knitting.bending_stiffness_n_mm2 / run.fabric.loop_length_mm**2
 
     @property
     def faces(self) -> tuple[float, float]:
@@ -67,8 +76,8 @@ class TensileTest(TestRig):
         return {"displacement_mm": travel, "strain_pct": 100.0 * travel / self.gauge, **clamp_forces(readings)}
 
     def is_finished(self, force: float, peak: float, broken: bool) -> bool:
-        """End after a failure, when the force has fallen to a share of its peak."""
-        return broken and force < self.stop_ratio * peak
+        """End at the largest force, or after a failure when the force has fallen to a share of its peak."""
+        return force >= self.most or (broken and force < self.stop_ratio * peak)
 
 
 #: standard deviations above the mean fracture strain at which the last yarn breaks
