@@ -61,17 +61,13 @@ class Relaxation:
         self.history.append((self.steps, self.residual, chunk.moved, chunk.frequency))
 
 
-def settle(
-    model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Look | None = None, rows: int = 0
-) -> Relaxation:
+def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Look | None = None) -> Relaxation:
     """Relax a prestressed model under the first values of all tables; the tally is left empty.
-
-    A model that is relaxed again at each of its ``rows`` needs fewer steps.
 
     Loose yarns at cut edges may creep on: after :data:`SETTLING` steps (:data:`SETTLING_PRESSED` where yarns are to
     press each other from the start, :data:`SETTLING_SOFT` of soft ones) the rest is left to the damping of the test.
     """
-    most = SETTLING_SOFT if model.soft and not rows else SETTLING_PRESSED if model.pressed else SETTLING
+    most = SETTLING_SOFT if model.soft else SETTLING_PRESSED if model.pressed else SETTLING
     found = relax(model, drive, tally, dt, SETTLED, most, at=0.0, look=look)
     for _ in range(AGAIN):
         if model.press(0.0) <= PRESSED:

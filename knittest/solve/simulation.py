@@ -81,8 +81,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
         residual = np.nan
         if model.prestressed:
             observer.phase("relaxing the specimen before the test")
-            look, rows = _relaxation_progress(observer), rig.relaxed_rows
-            residual = settle(model, run.drive, run.tally, dt, look, rows).residual
+            residual = settle(model, run.drive, run.tally, dt, _relaxation_progress(observer)).residual
             run.start_energy = _elastic_energies(_stored_energies(run))
         run.rest = initial_equilibrium(model, residual)
         run.frames.append(_frame(run, {run.rig.coordinate: 0.0, run.rig.force: 0.0}))

@@ -73,7 +73,7 @@ class TensileRun(Run):
         """Knits stretch by tens of per cent under small forces."""
         if not self.pulls_loops:
             return {}
-        return dict(KNIT[self.model.scale]) | (SOFT if self.fabric.is_soft and self.model.scale == "meso" else {})
+        return dict(KNIT[self.model.scale]) | (SOFT if self.fabric.is_soft else {})
 
     @model_validator(mode="after")
     def _force_is_of_loops(self) -> Self:
@@ -87,8 +87,8 @@ KNIT = {
     "meso": {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.5, ("solver", "damping"): 0.02},
     "macro": {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.1, ("solver", "damping"): 0.005},
 }
-#: the same of yarns with a soft shell, whose rows are relaxed: the speed decides nothing
-SOFT = {("rig", "max_strain"): 100.0, ("solver", "speed"): 8.0}
+#: the same of yarns with a soft shell
+SOFT = {("rig", "max_strain"): 100.0}
 #: clamp distance of a meso strip [mm]; paper is that of the publication, which a macro model always has
 GAUGE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 

@@ -1,7 +1,6 @@
 """Strip tensile test after DIN EN ISO 13934-1: one clamp fixed, one pulled at constant speed after a smooth start."""
 
 from collections.abc import Mapping
-from math import ceil
 
 import numpy as np
 
@@ -31,8 +30,6 @@ from knittest.models.meso import build_meso
 from knittest.models.tool import ramp
 from knittest.solve.state import Observer, SimulationCost
 
-#: least number of rows at which a strip of yarns with a soft shell is relaxed, and largest strain from one to the next
-FEWEST_ROWS, ROW_STRAIN = 40, 0.04
 #: a node this close to a clamp edge is gripped [mm]
 EDGE = 1e-6
 
@@ -53,9 +50,6 @@ class TensileTest(TestRig):
         self.most = np.inf
         if run.rig.max_force is not None:
             self.most = run.rig.max_force * carrying_width(run, run.rig.direction)
-        if run.fabric.is_soft and run.model.scale == "meso":
-            self.relaxed_rows = max(FEWEST_ROWS, ceil(self.max_strain / ROW_STRAIN))
-            self.rest_force = run.fabric.knitting.bending_stiffness_n_mm2 / run.fabric.loop_length_mm**2
 
     @property
     def faces(self) -> tuple[float, float]:

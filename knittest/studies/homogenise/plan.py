@@ -206,6 +206,8 @@ KNIT_SCALE = 50.0
 #: largest stretch and contraction [%] of paths along a direction that no inlay limits, and force per width [N/mm] at
 #: which they end: loops have locked, and most of the force comes from stretched yarn
 KNIT_STRAIN, KNIT_CONTRACTION, KNIT_FORCE = 80.0, 60.0, 1.0
+#: the same strain and force of yarns with a soft shell
+SOFT_STRAIN, SOFT_FORCE = 240.0, 0.4
 #: way that yarns of a slack knit may slide, over their radius
 KNIT_SLIP = 10.0
 #: speed [m/s] of paths of both strains, their longest duration [ms], and highest speed
@@ -254,11 +256,12 @@ def _strained_cell_run(request: Request, angle: float, sets: Sequence[Setting]) 
         command_setting("rig.path", "steps"),
         command_setting("rig.steps", [tuple(float(round(v, 9)) for v in row) for row in steps]),
         command_setting("rig.at_fracture", "ends"),
-        command_setting("solver.speed", min(speed, HIGHEST_SPEED) if knit else speed),
     ]
+    if not run.fabric.is_soft:
+        settings.append(command_setting("solver.speed", min(speed, HIGHEST_SPEED) if knit else speed))
     if knit:  # most paths end early, by their force
         settings += [
-            command_setting("rig.max_force", KNIT_FORCE),
+            command_setting("rig.max_force", SOFT_FORCE if run.fabric.is_soft else KNIT_FORCE),
             command_setting("rig.max_slip", KNIT_SLIP),
         ]
     others = [setting for setting in sets if setting.path != ("rig", "max_strain")]
@@ -272,7 +275,8 @@ def _path_end(run: CellRun, angle: float, most: float) -> Array:
     inlay = np.array([inlay_strain(run.fabric, d) for d in DIRECTIONS])
     way = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))]) * np.minimum(inlay, most)
     knit = np.array([not run.fabric.inlays_along(d) for d in DIRECTIONS])
-    limit = np.where(knit, np.where(way > 0.0, KNIT_STRAIN, KNIT_CONTRACTION), inlay)
+    stretched = SOFT_STRAIN if run.fabric.is_soft else KNIT_STRAIN
+    limit = np.where(knit, np.where(way > 0.0, stretched, KNIT_CONTRACTION), inlay)
     return np.asarray(way * np.min(np.minimum(limit, most) / np.maximum(np.abs(way), 1e-9)))
 
 
