@@ -14,7 +14,7 @@ LEAST_SHARE = 0.02
 #: rows of the table
 ROWS = 4000
 #: z at which sticking is as stiff as pressing, times the tangential ratio
-STICKING = 0.5
+STICKING = 0.2
 #: length [outer diameters] along a yarn within which it does not touch itself: 2.1 radii (Singal et al., 2024)
 ALONG = 1.05
 #: cores that touch at once on a node, for the bound of the time step

@@ -28,8 +28,8 @@ from knittest.solve.state import Observer, SimulationCost
 
 #: least number of rows at which a cell of soft loops is relaxed, and largest strain from one to the next [-]
 FEWEST_RELAXED, ROW_STRAIN = 100, 0.004
-#: the same of yarns with a soft shell, which do not jump
-FEWEST_SOFT, SOFT_STRAIN = 40, 0.04
+#: the same of yarns with a soft shell, which do not jump: on paths of one strain, and of both, which lock early
+FEWEST_SOFT, SOFT_STRAIN, SOFT_STRAINS = 40, 0.03, 0.01
 #: residual [% of the contact forces] up to which a row is at rest, and share of rows that may be on their way: loops
 #: that jump from one state to the next have contacts without force
 LARGEST_RESIDUAL, FEW_ROWS = 5.0, 0.1
@@ -57,7 +57,9 @@ class CellTest(TestRig):
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
         self.relaxed_rows = 0
         if run.is_relaxed:
-            fewest, most = (FEWEST_SOFT, SOFT_STRAIN) if run.fabric.is_soft else (FEWEST_RELAXED, ROW_STRAIN)
+            fewest, most = FEWEST_RELAXED, ROW_STRAIN
+            if run.fabric.is_soft:
+                fewest, most = FEWEST_SOFT, SOFT_STRAIN if run.rig.path in ("warp", "weft") else SOFT_STRAINS
             self.relaxed_rows = max(fewest, ceil(self.path.stretch / most))
         # slack loops, whose contacts bear hardly any force, resist bending by about this
         self.rest_force = run.fabric.knitting.bending_stiffness_n_mm2 / run.fabric.loop_length_mm**2
