@@ -472,7 +472,7 @@ def _check_thickness(fabric: Fabric) -> None:
     """Check that the thickness is that of the layers of inlays between loops."""
     if not fabric.has_yarns or fabric.knitting is None:
         return
-    inlays, loop = sum(one.section_mm[1] for one in fabric.inlays), fabric.knitting.beam_diameter.value
+    inlays, loop = sum(one.section_mm[1] for one in fabric.inlays), fabric.knitting.loose_diameter_mm
     low, high = THICKNESS[0] * max(inlays, loop), THICKNESS[1] * (inlays + 2.0 * loop)
     if not low <= fabric.thickness.value <= high:
         raise BoundsError(

@@ -193,6 +193,11 @@ class KnittingYarn(Yarn):
     )  # fmt: skip
 
     @property
+    def loose_diameter_mm(self) -> float:
+        """Diameter [mm] of the yarn with its loose fibres: that of its shell, if it has one."""
+        return self.beam_diameter_mm if self.soft_shell is None else self.soft_shell.outer_diameter_mm
+
+    @property
     def starts_relaxed(self) -> bool:
         """Tell whether meso tests start from the initial equilibrium under the contact law of the run."""
         return self.loop_shortening is not None or self.tension is not None or self.loop_scatter != "none"

@@ -169,7 +169,7 @@ def torn_message(run: CellRun, system: str, fracture: float, share: float) -> st
 
 
 def record_row(model: PeriodicModel) -> dict[str, float]:
-    """Elastic energies [mJ] by system and mechanism, crossings by kind, and thickness [mm]."""
+    """Elastic energies [mJ] by system and mechanism, crossings by kind, thickness [mm] and mean strains [%]."""
     names, energies = model.mesh.part_names, model.beam_energies()
     row = {f"{m}_{part}_mj": float(v[k]) for m, v in energies.items() for k, part in enumerate(names)}
     found = crossings(model)
@@ -181,7 +181,11 @@ def record_row(model: PeriodicModel) -> dict[str, float]:
                 f"{label}_largest_force_n": of.largest_force, f"{label}_angle_deg": of.angle,
             }  # fmt: skip
     low, high = surfaces(model, np.flatnonzero(model.owned))
-    return row | {"thickness_mm": high - low}
+    stretch = np.linalg.norm(model.lattice, axis=1) / np.linalg.norm(model.reference, axis=1)
+    return row | {
+        "thickness_mm": high - low, "weft_strain_pct": 100.0 * (stretch[0] - 1.0),
+        "warp_strain_pct": 100.0 * (stretch[1] - 1.0),
+    }  # fmt: skip
 
 
 class Cell(FabricTest[CellRun]):
