@@ -96,7 +96,7 @@ class CellTest(TestRig):
         nominal = pull[:6].reshape(2, 3).T @ self.model.reference / area
         pressure = 0.5 * float(readings.tool_force[1, 2] - readings.tool_force[0, 2]) / area if self.pressed else 0.0
         force = {"weft": float(nominal[0, 0]), "warp": float(nominal[1, 1])}
-        self.is_loaded = any(force[direction] >= self.max_force for direction in self.loaded)
+        self.is_loaded = any(abs(force[direction]) >= self.max_force for direction in self.loaded)
         return {
             "path_pct": 100.0 * s,
             self.path.name: self.path.shown * self.path.end * s,

@@ -56,6 +56,8 @@ PATH_ANGLES, REPEATED = (-45.0, -22.5, 0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0
 REPEATED_SHARE = 0.9
 #: further paths of fabrics without inlays in a direction, which contract by more than they stretch
 KNIT_ANGLES = (-60.0, *PATH_ANGLES, 150.0)
+#: the same of yarns with a soft shell, which contract by half before they lock
+SOFT_ANGLES = tuple(sorted((*KNIT_ANGLES, -11.25, 101.25)))
 
 
 def coupled_tests(angles: Sequence[float]) -> tuple[PlannedTest, ...]:
@@ -83,14 +85,20 @@ class Request:
 
 def is_coupled(request: Request) -> bool:
     """Tell whether the card has one law of both directions, as fabrics without inlays in a direction need."""
-    return request.coupled or _lacks_inlays(request)
+    return request.coupled or bool(_knit_angles(request))
+
+
+def angles_without_inlays(fabric: Fabric) -> tuple[float, ...]:
+    """Angles [deg] of the paths of a ``fabric`` without inlays in one direction; none with inlays both ways."""
+    if fabric.has_inlays_both_ways:
+        return ()
+    return SOFT_ANGLES if fabric.is_soft else KNIT_ANGLES
 
 
 @cache
-def _lacks_inlays(request: Request) -> bool:
-    """Tell whether the fabric of ``request`` has no inlays in one direction."""
-    fabric = resolve_meso_run(request, "cell", None, []).fabric
-    return not fabric.has_inlays_both_ways
+def _knit_angles(request: Request) -> tuple[float, ...]:
+    """Angles of :func:`angles_without_inlays` of the fabric of ``request``."""
+    return angles_without_inlays(resolve_meso_run(request, "cell", None, []).fabric)
 
 
 def planned_tests(request: Request) -> tuple[PlannedTest, ...]:
@@ -102,7 +110,7 @@ def planned_tests(request: Request) -> tuple[PlannedTest, ...]:
             "the card has one law of both directions (--coupled, or a fabric without inlays in one direction), which "
             "needs paths of a cell: add --from cell"
         )
-    return coupled_tests(KNIT_ANGLES if _lacks_inlays(request) else PATH_ANGLES)
+    return coupled_tests(_knit_angles(request) or PATH_ANGLES)
 
 
 def meso_run(request: Request, piece: PlannedTest) -> Run:
