@@ -35,13 +35,19 @@ def follows_yarns(fabric: Fabric) -> bool:
 def with_in_plane_bending(fabric: Fabric) -> Fabric:
     """Fabric with its in-plane bending stiffness, derived [N mm] where ``fabric`` gives none and describes its inlays.
 
-    A number that was derived before is derived again, so that it follows changed yarns and densities.
+    A direction without inlays has the bending stiffness of its loops. A number that was derived before is derived
+    again, so that it follows changed yarns and densities.
     """
     stated = fabric.macro.in_plane_bending
-    if not fabric.has_inlays_both_ways:
+    if not can_derive_bending(fabric):
         return fabric
     kept = {} if stated is None else {d: stated.of(d) for d in get_args(Direction) if not is_derived(stated.of(d))}
     return _replace_bending(fabric, PerDirection(**{d: _derive(fabric, d) for d in get_args(Direction)} | kept))
+
+
+def can_derive_bending(fabric: Fabric) -> bool:
+    """Tell whether ``fabric`` describes inlays, and loops where a direction has no inlays."""
+    return bool(fabric.inlays) and all(fabric.yarn_bending_n_mm(d) > 0.0 for d in get_args(Direction))
 
 
 def without_in_plane_bending(fabric: Fabric) -> Fabric:
@@ -61,6 +67,9 @@ def _derive(fabric: Fabric, direction: Direction) -> Quantity:
         bending = one.yarn.bending_stiffness.of(direction)
         every = "" if one.share == 1.0 else f" x {one.share:.3g}"
         yarns.append(f"{one.field}.bending_stiffness.{direction} {bending.value:g} N mm2 ({bending.source}){every}")
+    if not yarns and fabric.knitting is not None:
+        bending, of = fabric.knitting.bending_stiffness, fabric.yarn_bending_n_mm(direction) / (0.01 * density.value)
+        yarns = [f"loops {of:.4g} N mm2, by knitting.bending_stiffness {bending.value:g} N mm2 ({bending.source})"]
     return Quantity(
         value=value,
         source="derived",

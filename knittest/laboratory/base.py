@@ -23,7 +23,7 @@ from knittest.experiment.curves import FORCE_PER_WIDTH, ReferenceCurve, load_cur
 from knittest.experiment.origin import borrowed_curves
 from knittest.kernels.shell_state import Laminate
 from knittest.materials.biaxial_table import BiaxialTable
-from knittest.materials.laminate import DIRECTIONS, fit_table, laminate
+from knittest.materials.laminate import DIRECTIONS, fit_table, laminate, limit_membrane
 from knittest.models.boundary import Boundary
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import ALONG, build_sheet, self_contact
@@ -204,6 +204,29 @@ def fabric_laminate(run: Run) -> Laminate:
     check_fracture_strains(run.fabric, curves)
     check_curve_strength(run.fabric, curves)
     return laminate(run.fabric, {d: (c.x, c.mean) for d, c in curves.items()}, shear_curve(run))
+
+
+def limited_laminate(run: Run, share: float) -> Laminate:
+    """Laminate that keeps a ``share`` of its largest membrane tangents, and breaks at the force at which it would.
+
+    With a law of two strains it is the inlays that are softer: springs in series with them leave all forces, also those
+    of the loops, as they are. The stiffness in compression stays about as it is.
+    """
+    card, table = fabric_laminate(run), biaxial_table(run.fabric)
+    if table is None:
+        return limit_membrane(card, share)
+    fail, fabric = card.fail_strain.copy(), run.fabric
+    if not (share < 1.0 and fabric.inlays):
+        return card
+    for i, direction in enumerate(DIRECTIONS):
+        if fabric.inlays_along(direction):
+            if np.isfinite(fail[i]):
+                fail[i] += table.force_at(i, float(fail[i])) / table.spring(i, share)
+            table = table.with_springs(i, share)
+    pushed = fabric.macro.compression_ratio
+    pushed = pushed.model_copy(update={"value": min(pushed.value / share, 1.0)})
+    fabric = fabric.model_copy(update={"macro": fabric.macro.model_copy(update={"compression_ratio": pushed})})
+    return laminate(fabric, {}, shear_curve(run), table)._replace(fail_strain=fail)
 
 
 def sheet_model(

@@ -44,7 +44,7 @@ def history_from_time(history: History, begin: float) -> History:
 
 
 # Restart of a test at a lower speed, when an energy ratio exceeds its limit. Kinetic energy grows with the square of
-# the speed, damping about with the speed. That of contacts of coarse beams falls little: damping lowers the speed once.
+# the speed, damping about with the speed. Damping of contacts of coarse beams falls little: it lowers the speed once.
 
 #: result of a test that lowers its speed: the speed of the test
 SPEED = "run_speed_m_per_s"

@@ -142,7 +142,9 @@ def _contraction(law: BiaxialLaw, direction: int, rest: Array, end: float, where
     value, slope, _ = splines(pull, 0.0, pull[-1], CONTRACTION_CELLS)
     # begins as at rest, where it meets compression, and goes on as a constant
     ends = np.array([-float(rest[1]) / float(rest[2 if direction == 0 else 0]), 0.0])
-    return np.linalg.solve(np.vstack([value, slope[[0, -1]]]), np.concatenate([root, ends]))
+    control = np.linalg.solve(np.vstack([value, slope[[0, -1]]]), np.concatenate([root, ends]))
+    # a spline stays above its least control value; the energy is not known below the lowest strain
+    return np.maximum(control, low)
 
 
 def _largest_tangents(law: BiaxialLaw, rest: Array, share: float) -> Array:

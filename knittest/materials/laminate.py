@@ -216,7 +216,7 @@ def limit_membrane(card: Laminate, share: float) -> Laminate:
     """A share of the largest tangent in tension, as of the axial stiffness of yarns, the compression as it is unless
     that is stiffer, and the same bending; shells break at the force at which they would.
 
-    A law of two strains stays as it is: fabrics that need one are soft. Raises :class:`InputError` when less is left
+    A law of two strains stays as it is: its table gets softer instead. Raises :class:`InputError` when less is left
     than bending needs.
     """
     if card.energy is not None:

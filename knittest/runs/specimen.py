@@ -18,7 +18,7 @@ from knittest.fabric.cell import CellSpec, Munden
 from knittest.kernels.threading import limit_threads
 from knittest.laboratory.base import PreparedSpecimen, cut_curve_warnings
 from knittest.laboratory.report_base import TESTS
-from knittest.laboratory.restart import KINETIC, LIMITS, SPEED, check_speed, with_speed
+from knittest.laboratory.restart import DAMPING, KINETIC, LIMITS, SPEED, check_speed, with_speed
 from knittest.runs.checkpoints import Checkpoints, SpecimenKeeper
 from knittest.solve.compilation import load_kernels
 from knittest.solve.relaxed_cell import mesh_fault, with_loop_shortening, with_rest_spacing
@@ -75,7 +75,7 @@ class LoweredSpeed:
         """Energy ratios that may lower the speed further."""
         if self.share <= SLOWEST:
             return ()
-        return tuple(LIMITS) if self.share == 1.0 else (KINETIC,)
+        return tuple(LIMITS) if self.share == 1.0 else (KINETIC, DAMPING)
 
 
 def _run_at_speed(

@@ -100,3 +100,13 @@ def test_a_changed_yarn_is_read_by_bending_in_the_plane_alone():
     unread = "the macro model does not use fabric.reinforcing"
     assert unused_change_warning(formed(EI)).startswith(f"except for in-plane bending, {unread}")
     assert unused_change_warning(formed(EI, "rig.in_plane_bending=false")).startswith(unread)
+
+
+def test_inlays_of_one_direction_bend_in_the_plane_and_the_other_direction_as_its_loops():
+    """EI of the weft, 1.24281 N mm2, times 28 in 100 mm; a knit without inlays has no value."""
+    run = formed(variant="weft-only")
+    assert numbers(run) == pytest.approx((run.fabric.yarn_bending_n_mm("warp"), 1.24281 * 0.28), rel=1e-5)
+    found = run.fabric.macro.in_plane_bending
+    assert found.weft.value > 5.0 * found.warp.value and "loops" in found.warp.ref and "loops" not in found.weft.ref
+    assert "macro.in_plane_bending.warp (from knitting.bending_share and" in " ".join(assumed_inputs(run))
+    assert numbers(formed(variant="jersey")) is None

@@ -244,3 +244,19 @@ def test_slack_loops_bend_with_the_least_stiffness_of_a_card(knit, monkeypatch):
     sheet = fabric_laminate(done)
     flat = scale_membrane(sheet, 0.01)
     assert (flat.slope[:, 0] + 2.0 * flat.outer >= 2.0 * flat.outer * 1.19).all()
+
+
+def test_a_sheared_cell_of_loops_ends_earlier_where_it_fails(knit, monkeypatch):
+    """Soft shells are sheared beyond 42.5 deg, the end of other cells."""
+    ends = []
+
+    def fail_first(trial) -> str:
+        if trial.run.rig.path != "shear":
+            return "completed"
+        ends.append(trial.run.rig.max_angle)
+        return "failed" if len(ends) == 1 else "completed"
+
+    monkeypatch.setattr(derived_card, "LocalPool", lambda workers, threads: Formulas(fail_first))
+    run = resolve(variant="soft", scale="macro", preset="quick", test="picture-frame")
+    (done,) = complete_cards([run], quiet=True)
+    assert ends == [60.0, 42.5] and done.rig.max_angle < 42.5

@@ -9,7 +9,10 @@ from plain import plain
 from benchmarks.forming_bands import band_width, difference, sides
 from knittest.base.history import Quality
 from knittest.config.loading import resolve
+from knittest.kernels.biaxial import sample_law
 from knittest.kernels.in_plane_blocks import SCRATCH, bend_energy, bend_forces, gather_bends
+from knittest.kernels.shell_state import Laminate
+from knittest.laboratory.base import fabric_laminate, limited_laminate
 from knittest.laboratory.forming import test as forming
 from knittest.laboratory.forming.results import WINDOW, rim_waves
 from knittest.laboratory.forming.rig import no_bending_note
@@ -148,3 +151,35 @@ def test_width_of_bands_and_difference_of_neighbours():
     zigzag = sides(np.add.outer(np.zeros(60), 10.0 * (-1.0) ** np.arange(60)))
     assert band_width(zigzag[:2], 5.5) == pytest.approx(5.5, rel=0.05) and difference(zigzag[:2]) == 20.0
     assert band_width(sides(np.full((60, 60), 3.0)), 5.5) == np.inf
+
+
+def test_the_weft_of_a_soft_blank_keeps_a_share_of_its_stiffness_and_breaks_at_its_force():
+    """With a law of two strains; a knit without inlays keeps its law."""
+    warp, weft = np.linspace(-0.2, 0.25, 19), np.linspace(-0.03, 0.03, 25)
+    rows = [
+        [100.0 * a, 100.0 * b, 0.05 * a + 2.0 * max(a + 0.2 * b, 0.0) ** 2, 1e3 * b + 0.4 * max(a + 0.2 * b, 0.0) ** 2]
+        for a in warp
+        for b in weft
+    ]
+    assumed = {"source": "assumed"}
+
+    def soft(variant: str) -> tuple[Laminate, Laminate]:
+        run = blank(variant=variant)
+        data = run.model_dump(mode="json")
+        both = {d: {"value": v, **assumed} for d, v in (("warp", 50.0), ("weft", 3.0))}
+        data["fabric"]["macro"] |= {
+            "biaxial": {"points": rows, **assumed}, "fracture_strain": both,
+            "bending_stiffness": {d: {"value": 0.01, **assumed} for d in ("warp", "weft")},
+            "shear": {"stiffness": {"value": 0.001, **assumed}},
+        }  # fmt: skip
+        run = type(run).model_validate(data)
+        return fabric_laminate(run), limited_laminate(run, 0.05)
+
+    whole, limited = soft("weft-only")
+    assert limited.energy_tangents[0, 1] < 0.15 * whole.energy_tangents[0, 1]
+    strains = np.array([[0.0, whole.fail_strain[1]]]), np.array([[0.0, limited.fail_strain[1]]])
+    forces = [sample_law(one, law)[0, 1] for one, law in zip(strains, (whole, limited), strict=True)]
+    assert forces[1] == pytest.approx(forces[0], rel=0.05) and forces[0] == pytest.approx(30.0, rel=0.02)
+    assert limited.fail_strain[0] == whole.fail_strain[0]
+    whole, limited = soft("jersey")
+    assert np.array_equal(limited.energy, whole.energy)

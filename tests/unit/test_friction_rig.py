@@ -1,17 +1,20 @@
 """Friction test: its floating plate loses nothing, and its normal force follows the width and the fabric's own test."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from knittest.base.errors import InputError
 from knittest.base.history import Quality
 from knittest.config.loading import resolve
 from knittest.config.templates import new_fabric_text
 from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.fabric_test import FabricTest
-from knittest.laboratory.friction.rig import FrictionTest
+from knittest.laboratory.friction.config import FrictionRun, size_texts
+from knittest.laboratory.friction.rig import PRESSED, SETTLE_SOFT, SOFT_DRAG, FrictionTest
 from knittest.laboratory.friction.test import Friction
 from knittest.models.boundary import Boundary
 from knittest.runs.specimen import prepare
@@ -70,9 +73,18 @@ def test_a_quarter_of_the_axial_stiffness_takes_half_as_many_steps() -> None:
     assert usual.model.critical_step / whole.model.critical_step == pytest.approx(2.0, rel=0.02)
 
 
-@pytest.mark.parametrize(("pull", "passes"), [(1.0, False), (89.0, True)])
-def test_a_strip_that_stretches_between_the_plates_is_no_friction_test(
-    pull: float, passes: bool, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("pull", "rise", "message"),
+    [
+        (1.0, 0.0, "the strip stretches instead of sliding, or its loops come apart: its pull force is 1 N, that of"),
+        (80.0, 0.0, "the strip stretches instead of sliding"),
+        (89.0, 1.0, ""),
+        (89.0, 6.0, "the strip does not slide steadily: its pull force changes by 6.7 % of Coulomb's law"),
+        (89.0, -6.0, "the strip does not slide steadily: its pull force changes by -6.7 % of Coulomb's law"),
+    ],
+)
+def test_a_strip_that_does_not_slide_steadily_is_no_friction_test(
+    pull: float, rise: float, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Two faces with 0.075 under 600 N: 90 N."""
     found = {
@@ -81,11 +93,104 @@ def test_a_strip_that_stretches_between_the_plates_is_no_friction_test(
     monkeypatch.setattr(FabricTest, "assess", lambda *_: Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, ()))
     monkeypatch.setattr(Friction, "results", lambda *_: found)
     run: Any = resolve(test="friction", variant="1", scale="meso", preset="quick")
+    moved = np.linspace(0.0, 10.0, 101)
+    history: Any = SimpleNamespace(
+        curve={"displacement_mm": moved, "pull_force_n": np.where(moved > 7.5, pull + rise, pull)}
+    )
     nothing: Any = None
-    quality = Friction().assess(run, nothing, nothing, nothing)
-    assert (not quality.failures) == passes
-    if not passes:
-        (text,) = quality.failures
-        assert text.startswith(
-            "the strip stretches instead of sliding: its pull force is 1 N, that of Coulomb's law 90 N"
-        )
+    quality = Friction().assess(run, nothing, history, nothing)
+    assert len(quality.failures) == bool(message)
+    if message:
+        assert quality.failures[0].startswith(message)
+        assert "rig.normal_force" in quality.failures[0] and "rig.travel" in quality.failures[0]
+
+
+@pytest.mark.parametrize(("fast", "expected"), [(True, 0), (False, 1)])
+def test_a_normal_force_off_in_a_run_that_is_too_fast_waits_for_the_lower_speed(
+    fast: bool, expected: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = {
+        "pull_force_kinetic_n": 90.0, "normal_force_error_pct": 8.9, "penetration_over_deformation_pct": 1.0
+    }  # fmt: skip
+    monkeypatch.setattr(FabricTest, "assess", lambda *_: Quality(0.3, 0.0, 0.0, 0.0, 0.0, not fast, ()))
+    monkeypatch.setattr(Friction, "results", lambda *_: found)
+    run: Any = resolve(test="friction", variant="1", scale="meso", preset="quick")
+    history: Any = SimpleNamespace(curve={"displacement_mm": np.linspace(0.0, 10.0, 101), "pull_force_n": np.ones(101)})
+    nothing: Any = None
+    assert len(Friction().assess(run, nothing, history, nothing).failures) == expected
+
+
+def run_of(variant: str, direction: str, *sets: str) -> FrictionRun:
+    run = resolve(test="friction", variant=variant, scale="meso", preset="quick", direction=direction, sets=list(sets))
+    assert isinstance(run, FrictionRun)
+    return run
+
+
+def test_soft_loops_are_pressed_by_what_bends_them() -> None:
+    """12 EI / s^2 with a quarter of 14.4 mm, four times on a stitch of (100 / 28 mm)^2, 15 mm wide on 150 mm."""
+    run = run_of("two-yarns", "warp")
+    bending = run.fabric.knitting.bending_stiffness_n_mm2  # type: ignore[union-attr]
+    expected = 4.0 * 12.0 * bending / 3.6**2 / (100.0 / 28.0) ** 2 * 150.0 * 15.0
+    assert run.rig.normal_force == pytest.approx(expected)
+    assert run_of("two-yarns", "warp", "rig.plate_length=75").rig.normal_force == pytest.approx(0.5 * expected)
+    assert run_of("two-yarns", "warp", "rig.normal_force=50").rig.normal_force == 50.0
+    assert "derived" in size_texts(run)[2]
+    assert not any("derived" in text for text in size_texts(run_of("two-yarns", "warp", "rig.normal_force=50")))
+
+
+@pytest.mark.parametrize("variant", ["1", "2"])
+@pytest.mark.parametrize("direction", ["warp", "weft"])
+def test_the_fabrics_of_the_paper_keep_its_force_and_times(variant: str, direction: str) -> None:
+    run = run_of(variant, direction)
+    assert (run.rig.normal_force, run.rig.plate_length, run.rig.length, run.rig.travel) == (600.0, 150.0, 200.0, 10.0)
+    assert (run.solver.speed, run.solver.ramp, run.solver.damping) == (4.0, 1.5, 2.0)
+    assert size_texts(run)[2] == "pressed by 600 N"
+    assert FrictionTest(run, 0, (-1.0, 1.2), np.zeros(0)).pressed == PRESSED
+
+
+def test_friction_pulls_half_of_the_bending_force_where_loops_carry_the_pull() -> None:
+    """28 wales in 100 mm, each with 12 EI / s^2; both faces by Coulomb's law."""
+    run = run_of("weft-only", "warp")
+    bending = run.fabric.knitting.bending_stiffness_n_mm2  # type: ignore[union-attr]
+    friction = 2.0 * run.rig.kinetic_coefficient * run.rig.normal_force
+    assert friction == pytest.approx(0.5 * 12.0 * bending / 3.6**2 * 0.28 * 15.0)
+    across = run_of("weft-only", "weft")
+    assert across.rig.normal_force > 5.0 * run.rig.normal_force and across.rig.plate_length == 150.0
+    assert run.rig.plate_length < 150.0 and run.solver.speed < 0.2 * across.solver.speed
+
+
+def test_the_times_of_the_test_follow_the_fall_of_the_plate() -> None:
+    """A quarter of the force takes twice the time, if the plate falls for longer than 0.2 ms."""
+    run, light = run_of("two-yarns", "warp", "rig.normal_force=36"), run_of("two-yarns", "warp", "rig.normal_force=9")
+    assert light.slowness(2.0, 9.0) == pytest.approx(2.0 * run.slowness(2.0, 36.0))
+    assert run.solver.speed == pytest.approx(2.0 * light.solver.speed)
+    assert run.solver.ramp == pytest.approx(0.5 * light.solver.ramp)
+    slow, slower = (FrictionTest(one, 0, (-1.0, 1.0), np.zeros(0)) for one in (run, light))
+    assert slower.pressed - SETTLE_SOFT == pytest.approx(2.0 * (slow.pressed - SETTLE_SOFT))
+    assert slower.drag == slow.drag == SOFT_DRAG
+
+
+def test_strips_of_loops_keep_their_edges_and_those_of_inlays_do_not() -> None:
+    for direction, held in (("warp", True), ("weft", False)):
+        prepared = prepare(run_of("weft-only", direction, "rig.length=40", "rig.plate_length=18", "rig.travel=1"))
+        assert isinstance(prepared.rig, FrictionTest)
+        edges, position = prepared.rig.edges, prepared.model.position()
+        assert bool(len(edges)) == held
+        if held:
+            x, width = position[edges, 0], float(np.ptp(position[:, 0]))
+            at_sides = np.minimum(x - position[:, 0].min(), position[:, 0].max() - x) < 0.2 * width
+            assert at_sides.any(), "cut ends of the courses"
+
+
+@pytest.mark.parametrize(
+    ("variant", "direction", "sets", "message"),
+    [
+        ("1", "warp", ("rig.plate_length=20", "rig.travel=20"), "must be less than rig.plate_length = 20 mm, or the"),
+        ("weft-only", "warp", ("rig.plate_length=60",), "must be less than rig.length = 60 mm, so that the pulled end"),
+    ],
+)
+def test_plates_that_leave_the_strip_or_cover_its_pulled_end_are_refused(
+    variant: str, direction: str, sets: tuple[str, ...], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        Friction().check_run(run_of(variant, direction, *sets))

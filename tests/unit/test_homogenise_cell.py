@@ -78,6 +78,8 @@ def test_paths_go_as_far_as_the_card_needs():
     assert runs["tensile weft"].rig.at_fracture == "ends" and runs["tensile warp"].rig.path == "warp"
     assert runs["picture-frame"].rig.max_angle == 42.5 and runs["cantilever weft"].rig.bent_yarns == "weft"
     assert {run.rig.wales for run in runs.values()} == {1}
+    loops = Request(variant="weft-only", preset="quick", source="cell")
+    assert cell_run(loops, PLANNED_TESTS[2]).rig.max_angle == 60.0
     shorter = Request(variant="2", preset="quick", source="cell", sets=("picture-frame.rig.max_angle=30",))
     assert cell_run(shorter, PLANNED_TESTS[2]).rig.max_angle == 30.0
 

@@ -40,3 +40,19 @@ def test_the_clamp_of_a_bias_test_gets_faster_with_its_travel(scale, fastest):
         first = rig.strip.travel(np.deg2rad(10.0))
         now = np.interp(mark * rig.duration, rig.pull.time, rig.pull.value)
         assert now == pytest.approx(speed * min(max(travel / first, 1.0), fastest), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("test", "sets", "expected"),
+    [
+        ("forming", ["rig.blank_holder_force=100"], {"speed": 0.1, "damping": 0.02}),
+        ("forming", ["rig.blank_holder_force=100", "solver.speed=0.3"], {"speed": 0.3, "damping": 0.02}),
+    ],
+)
+def test_soft_shells_are_moved_slowly_and_others_as_the_preset_says(test, sets, expected):
+    """Soft: with a law of two strains, as there are no inlays in a direction."""
+    soft = resolve(variant="weft-only", test=test, scale="macro", preset="quick", sets=sets)
+    assert {name: getattr(soft.solver, name) for name in expected} == expected
+    usual = resolve(variant="0-90-0", test=test, scale="macro", preset="quick", sets=sets)
+    same = resolve(variant="1", test=test, scale="macro", preset="quick", sets=sets)
+    assert usual.solver == same.solver and usual.solver != soft.solver

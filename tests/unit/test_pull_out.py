@@ -19,9 +19,18 @@ from knittest.experiment.conditions import UNKNOWN
 from knittest.experiment.curves import load_curve
 from knittest.experiment.tables import published_rows
 from knittest.fabric.strip import YarnPath
+from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.pull_out.lab_files import LAB, UNITS
 from knittest.laboratory.pull_out.sliding import SLIDES, evaluate_sliding
-from knittest.laboratory.pull_out.test import REST, PullOut, PullOutTest, add_tail_travel, clamp_difference, nodes_of
+from knittest.laboratory.pull_out.test import (
+    REST,
+    PullOut,
+    PullOutTest,
+    add_tail_travel,
+    clamp_difference,
+    loose_inlay_text,
+    nodes_of,
+)
 from knittest.laboratory.report_base import REPORTS
 from knittest.runs.run_files import compare_run, references_of
 from knittest.studies.calibrate.targets import targets_of
@@ -122,6 +131,29 @@ def test_the_free_end_is_followed_through_the_frames():
     assert history.curve["tail_travel_mm"] == pytest.approx([0.0, 1.7])
     assert history.curve["embedded_mm"] == pytest.approx([20.0, 18.3])
     assert clamp_difference(history) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(("times", "is_loose"), [(9.0, True), (11.0, False)])
+def test_an_inlay_that_slides_under_its_weight_is_loose(times, is_loose):
+    """1200 tex of 20 mm, 24 mg, weigh 0.235 mN."""
+    run = quick()
+    pull = np.full(10, times * 1200e-6 * 20.0 * 9.81e-3)
+    text = loose_inlay_text(run, 20.0, SimpleNamespace(curve={"pull_force_n": pull}))
+    assert bool(text) == is_loose
+    if is_loose:
+        assert text.startswith(
+            "the weft inlay lies loose in the fabric: its mean pull force is 0.0021 N, less than 10 "
+        )
+        assert "its weight of 0.00024 N" in text and "loop_length (now 14.4 mm)" in text
+
+
+def test_a_loose_inlay_is_named_before_the_checks_that_fail_by_it(monkeypatch):
+    run, facts = quick(), {"embedded_mm": 20.0, "pitch_mm": 4.0}
+    monkeypatch.setattr(FabricTest, "assess", lambda *_: replace(quality(), failures=("kinetic energy",)))
+    monkeypatch.setattr(PullOut, "results", lambda *_: {"slid_mm": 0.0, "pull_out_sliding_n": float("nan")})
+    history = SimpleNamespace(curve={"pull_force_n": np.full(10, 1e-6)})
+    found = PullOut().assess(run, SimpleNamespace(facts=facts), history, None)
+    assert len(found.failures) == 2 and "lies loose" in found.failures[0]
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from knittest.base.errors import InputError
 from knittest.kernels.biaxial import sample_law, sample_table
 from knittest.kernels.shell_output import shell_fields
 from knittest.kernels.shell_state import Laminate, build_shells
-from knittest.materials.biaxial import BiaxialFit, fit_law
+from knittest.materials.biaxial import BiaxialFit, contraction_of, fit_law
 from knittest.materials.biaxial_table import BiaxialTable
 from knittest.materials.energy_fit import Combination
 from knittest.materials.laminate import laminate, limit_membrane, scale_membrane
@@ -287,3 +287,42 @@ def test_a_corner_may_be_missing():
     assert np.abs(sample_law(strain[pulled], law)[:, :2] - expected[pulled]).max() < 2e-3 * np.abs(expected).max()
     warp, weft = np.array([0.1, 0.5, 0.5, 0.7]), np.array([0.55, 0.5, 0.1, 0.0])
     assert cut.is_beyond(warp, weft).tolist() == [False, True, False, True]
+
+
+def test_a_strip_contracts_no_further_than_the_lowest_strain_of_the_table():
+    """Loops that lock pull stiff inlays together, down to the lowest row: the spline of the energy begins there."""
+    warp, weft = np.linspace(-0.1, 0.25, 36), np.linspace(-0.03, 0.032, 32)
+
+    def inlaid(strain: np.ndarray) -> np.ndarray:
+        s = strain @ np.array([1.0, 0.2])
+        locking = 15.05 * np.maximum(s, 0.0) ** 3 / 0.244**3
+        return np.stack([0.05 * strain[..., 0] + locking, 100.0 * strain[..., 1] + 0.2 * locking], axis=-1)
+
+    law = fit_law(table_of(inlaid, warp, weft), 0.01, "here").law
+    across = contraction_of(law, 0, np.linspace(0.0, law.energy_range[0, 1], 500))
+    assert across[-1] < 0.95 * weft[0] and across.min() >= law.energy_range[1, 0] - 1e-12
+
+
+def test_springs_along_the_inlays_leave_the_forces_and_lower_the_largest_tangent():
+    """Forces at the strain of fabric and springs; those of the other direction stay, too."""
+    warp, weft, stiff = np.linspace(-0.2, 0.25, 46), np.linspace(-0.03, 0.03, 61), 100.0
+
+    def inlaid(strain: np.ndarray) -> np.ndarray:
+        s = strain @ np.array([1.0, 0.2])
+        locking = 2.0 * np.maximum(s, 0.0) ** 2
+        return np.stack([0.05 * strain[..., 0] + locking, stiff * strain[..., 1] + 0.2 * locking], axis=-1)
+
+    table = table_of(inlaid, warp, weft)
+    soft = table.with_springs(1, 0.1)
+    largest = table.largest_tangent(1)
+    assert soft.largest_tangent(1) == pytest.approx(0.1 * largest, rel=1e-3)
+    assert soft.warp is table.warp and np.isclose(soft.weft, 0.0, atol=1e-12).any()
+    k = 40
+    before = np.array([inlaid(np.array([warp[k], e])) for e in weft])
+    moved = weft + before[:, 1] / table.spring(1, 0.1)
+    for i in range(2):
+        known = np.isfinite(soft.force[k, :, i]) & (soft.weft > moved[0]) & (soft.weft < moved[-1])
+        assert known.sum() > 40
+        expected = np.interp(soft.weft[known], moved, before[:, i])
+        assert soft.force[k, known, i] == pytest.approx(expected, abs=1e-3 * np.abs(before[:, i]).max())
+    assert table.force_at(1, 0.02) == pytest.approx(stiff * 0.02, rel=1e-4)

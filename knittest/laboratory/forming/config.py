@@ -68,9 +68,10 @@ class FormingRun(Run):
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Blanks whose loops carry a direction are formed slowly."""
-        if self.model.scale == "macro" or self.fabric.has_inlays_both_ways:
-            return super().structure_defaults()
-        return dict(LOOPS)
+        if self.model.scale == "macro":
+            held = self.rig.blank_holder_force > 0.0
+            return dict(SOFT_HELD) if held and self.fabric.has_soft_law else {}
+        return {} if self.fabric.has_inlays_both_ways else dict(LOOPS)
 
     def with_derived_numbers(self) -> Self:
         """Return the run with in-plane bending of its inlays, or without if ``rig`` turns it off."""
@@ -82,6 +83,8 @@ class FormingRun(Run):
 
 #: speed [m/s] and damping [1/ms] of blanks without inlays in one direction: the stamp does little work on them
 LOOPS = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02}
+#: the same of shells with a law of two strains under a holder
+SOFT_HELD = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02}
 #: side of a shell of the blank [mm], and speed of the stamp on yarns [m/s]
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
@@ -144,7 +147,9 @@ class FormingOrigin(Origin[FormingRun]):
         """Assumed numbers of the fabric, also those behind derived in-plane bending, and assumed friction of tools."""
         bending, found = run.fabric.macro.in_plane_bending, []
         for direction in DIRECTIONS:
-            fields = (f"reinforcing.bending_stiffness.{direction}", f"{direction}_density")
+            inlays = run.fabric.inlays_along(direction)
+            yarns = [f"{one.field}.bending_stiffness.{direction}" for one in inlays] or ["knitting.bending_stiffness"]
+            fields = (*yarns, f"{direction}_density")
             if (
                 bending is not None
                 and is_derived(bending.of(direction))

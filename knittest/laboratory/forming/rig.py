@@ -12,6 +12,7 @@ import numpy as np
 from knittest.base.history import Array, Frame, Mesh
 from knittest.base.units import round_down
 from knittest.config.structure import DIRECTIONS
+from knittest.config.suspicious_values import can_derive_bending
 from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
@@ -111,9 +112,9 @@ def no_bending_note(run: FormingRun) -> tuple[str, ...]:
 
 def in_plane_bending_remedy(run: FormingRun) -> str:
     """Settings that give the inlays an in-plane bending stiffness: the switch, or numbers that cannot be derived."""
-    if not run.fabric.has_inlays_both_ways:
+    if not can_derive_bending(run.fabric):
         return (
-            "the fabric has no inlays in one direction to derive it from: give fabric.macro.in_plane_bending.warp and "
+            "the fabric has no inlays to derive it from: give fabric.macro.in_plane_bending.warp and "
             ".weft [N mm], EI "
             "of an inlay x inlays per width"
         )

@@ -6,7 +6,7 @@ import numpy as np
 
 from knittest.base.errors import InputError
 from knittest.base.history import Array, Frame, History, Mesh, Quality
-from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
+from knittest.laboratory.base import PreparedSpecimen, limited_laminate
 from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.forming.config import FormingRun
 from knittest.laboratory.forming.results import (
@@ -21,7 +21,6 @@ from knittest.laboratory.forming.rig import FormingTest, count_swapped_crossings
 from knittest.laboratory.forming.tool_check import fitting_tools, tools_of
 from knittest.laboratory.quality_checks import assess
 from knittest.laboratory.strips import check_shows_shear, cut_piece, material_angles, node_weights, random_offsets
-from knittest.materials.laminate import limit_membrane
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.macro import build_sheet, rectangle, self_contact
 from knittest.models.meso import build_meso
@@ -66,7 +65,7 @@ class Forming(FabricTest[FormingRun]):
         rows = np.linspace(-0.5 * length, 0.5 * length, max(round(length / size), 2) + 1)
         points, cells = rectangle(rows, width, size)
         points[:, 2] = random_offsets(rig.imperfection_mm, run.variability.seed + specimen, len(points))
-        soft = limit_membrane(fabric_laminate(run), rig.membrane_share)
+        soft = limited_laminate(run, rig.membrane_share)
         contact = self_contact(fabric, run.model.macro, run.solver.safety)
         model = build_sheet(points, cells, soft, fabric.area_mass_g_per_mm2, thickness, contact=contact)
         # unevenness does not reach into the tools

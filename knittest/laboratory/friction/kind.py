@@ -18,10 +18,7 @@ KIND = TestKind(
     run="knittest.laboratory.friction.config:FrictionRun",
     test="knittest.laboratory.friction.test:Friction",
     report="knittest.laboratory.friction.report:FrictionReport",
-    size=(
-        "strip {rig.length:g} x {rig.width:g} mm", "plates {rig.plate_length:g} x {rig.plate_width:g} mm",
-        "pressed by {rig.normal_force:g} N",
-    ),
+    size="knittest.laboratory.friction.config:size_texts",
     sheet=("length", "width"),
     labels={
         "pull_force_kinetic_n": ("pull force, kinetic [N]", "{:.1f}"),

@@ -7,17 +7,23 @@ at rest, so damping and inertia do not change the pull force.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.base.history import Array, History, Mesh
 from knittest.config.structure import direction_of
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.friction.config import FrictionRig, FrictionRun
-from knittest.laboratory.strips import AXIS, creep_speed
+from knittest.laboratory.strips import AXIS, creep_speed, pitch
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.tool import plate, ramp
 
-#: time over which the normal force is applied, then settles, and at which the pull begins [ms]
+Index = NDArray[np.int64]
+
+#: least time over which the normal force is applied, then settles, and at which the pull begins [ms]: longer by
+#: :meth:`FrictionRun.slowness`
 PRESS, SETTLE, PRESSED = 1.0, 0.5, 1.5
+#: drag of a plate that falls slowly [1/ms], as it bounces on soft loops at some 1.5 kHz, and least time to settle [ms]
+SOFT_DRAG, SETTLE_SOFT = 2.0, 15.0
 #: share of the travel, at its end, over which the kinetic level and the pressure are means
 KINETIC_SHARE = 0.5
 #: travel [mm] at a share of the speed, in which a strip of shells begins to slip: a faster one would swing
@@ -27,17 +33,29 @@ THICKNESS, EDGE = 10.0, 1.0
 
 
 class FrictionTest(TestRig):
-    """Plates at heights ``faces`` (lower, upper) [mm], a strip along ``axis``; contact ``radius`` [mm] of its nodes."""
+    """Plates at heights ``faces`` (lower, upper) [mm], a strip along ``axis``; contact ``radius`` [mm] of its nodes.
+
+    The nodes ``edges`` keep their place across the strip.
+    """
 
     coordinate, force = "displacement_mm", "pull_force_n"
 
-    def __init__(self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array) -> None:
+    def __init__(
+        self, run: FrictionRun, axis: int, faces: tuple[float, float], radius: Array, edges: Index | None = None
+    ) -> None:
         self.rig, self.axis, self.faces, self.radius = run.rig, axis, faces, radius
+        self.edges = np.zeros(0, np.int64) if edges is None else edges
         self.facts = {"lower_face_mm": faces[0], "upper_face_mm": faces[1]}
         self.ring_length = self.rig.length_mm
-        speed = run.solver.speed_mm_per_ms
-        full = PRESSED + 0.5 * run.solver.ramp_ms + CREEP / (CREEP_SHARE * speed)
-        self.pull = creep_speed(-speed, CREEP_SHARE, run.solver.ramp_ms, PRESSED, full)
+        self.least_grip = pitch(run, run.rig.direction) if run.pulls_loops and run.model.scale == "meso" else 0.0
+        self.slower = run.slowness(faces[1] - faces[0], self.rig.normal_force_n)
+        soft = self.slower > 1.0
+        self.drag = SOFT_DRAG if soft else 0.0
+        self.pressed = PRESS * self.slower + max(SETTLE * self.slower, SETTLE_SOFT) if soft else PRESSED
+        speed, rise = run.solver.speed_mm_per_ms, run.solver.ramp_ms
+        share = 1.0 if run.pulls_loops else CREEP_SHARE
+        full = self.pressed + (rise if run.pulls_loops else 0.5 * rise + CREEP / (CREEP_SHARE * speed))
+        self.pull = creep_speed(-speed, share, rise, self.pressed, full)
         end = self.pull.time[-1]
         kinetic_from = (1.0 - KINETIC_SHARE) * run.rig.travel_mm
         self.averaged_from = end + max(kinetic_from + self.pull.integral(end), 0.0) / speed
@@ -49,17 +67,21 @@ class FrictionTest(TestRig):
         along = position[:, self.axis]
         boundary.radius[:] = self.radius
         mass, pull = float(boundary.model.mass.sum()), boundary.table(self.pull)
-        # gripped is the last tenth of what lies outside the plates
-        grip = 0.1 * (float(np.ptp(along)) - self.rig.plate_length_mm)
-        boundary.grip(np.flatnonzero(along >= along.max() - grip), "xyz"[self.axis])
+        # gripped is the last tenth of what lies outside the plates, a pitch at least
+        grip = max(0.1 * (float(np.ptp(along)) - self.rig.plate_length_mm), self.least_grip)
+        gripped = along >= along.max() - grip
+        boundary.grip(np.flatnonzero(gripped), "xyz"[self.axis])
+        if len(self.edges):
+            boundary.move(self.edges[~gripped[self.edges]], "xy"[1 - self.axis])
         centres, lengths = plates(self.rig, self.axis, position, self.faces)
         for centre, side in zip(centres, (-1.0, 1.0), strict=True):
             tool = plate(centre, lengths, EDGE)
             tool.friction = (self.rig.static_coefficient, self.rig.kinetic_coefficient)
             tool.motion[self.axis] = pull
             if side > 0.0:
-                tool.motion[2], tool.load[2] = -2, boundary.table(ramp(PRESS, -self.rig.normal_force_n))
-                tool.mass = mass  # without drag: its loss would exceed 5 % of the pressing work
+                tool.motion[2], tool.load[2] = -2, boundary.table(ramp(PRESS * self.slower, -self.rig.normal_force_n))
+                # without drag on stiff loops: its loss would exceed 5 % of the pressing work
+                tool.mass, tool.drag = mass, self.drag
             boundary.add_tool(tool)
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:

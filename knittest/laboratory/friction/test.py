@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from knittest.base.errors import InputError
-from knittest.base.history import History, Quality
+from knittest.base.history import Array, History, Quality
 from knittest.laboratory.base import PreparedSpecimen, fabric_laminate
 from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.friction.config import FrictionRun
@@ -14,15 +15,16 @@ from knittest.laboratory.friction.lab_files import FREE_LENGTH
 from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, force_shares, pressure_map, pull_axis
 from knittest.laboratory.quality_checks import Span, check_limit
 from knittest.laboratory.restart import history_from_time
-from knittest.laboratory.strips import carrying_width, cut_piece, pitch, wale_course_counts, yarns_across
+from knittest.laboratory.strips import carrying_width, cut_piece, needle_nodes, pitch, wale_course_counts, yarns_across
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.state import Observer, SimulationCost
 
 #: largest error of the normal force, and penetration over element deformation [%] (Pham et al. 2019, section 4.4)
 FORCE_TOLERANCE, PENETRATION_TOLERANCE = 1.0, 100.0
-#: least share of the friction of both faces by Coulomb's law with which a strip that slides is pulled
-SLIDING = 0.5
+#: least share of the friction of both faces by Coulomb's law with which a strip that slides is pulled, and largest
+#: change of the pull force while it slides, over that friction [%]
+SLIDING, STEADY_TOLERANCE = 0.9, 5.0
 #: shells along a strip, one of them in each clamp
 LEAST_SHELLS = 3
 
@@ -38,6 +40,18 @@ class Friction(FabricTest[FrictionRun]):
         if rig.plate_width < rig.width:
             raise InputError(
                 f"rig.plate_width = {rig.plate_width:g} mm: expected at least rig.width = {rig.width:g} mm"
+            )
+        if run.pulls_loops:
+            if rig.plate_length >= rig.length:
+                raise InputError(
+                    f"rig.plate_length = {rig.plate_length:g} mm: must be less than rig.length = {rig.length:g} mm, so "
+                    "that the pulled end stays outside the plates"
+                )
+            return
+        if rig.travel >= rig.plate_length:
+            raise InputError(
+                f"rig.travel = {rig.travel:g} mm: must be less than rig.plate_length = {rig.plate_length:g} mm, or "
+                "the strip leaves the plates"
             )
         if rig.plate_length + rig.travel >= rig.length:
             raise InputError(
@@ -69,14 +83,18 @@ class Friction(FabricTest[FrictionRun]):
         piece = cut_piece(run, *wale_course_counts(direction, along, across), specimen, observer)
         model = build_meso(run, piece.paths, piece.draws, run.rig.membrane_share)
         z, radius = model.position()[:, 2], model.group.radius
-        test = FrictionTest(run, pull_axis(run), (float((z - radius).min()), float((z + radius).max())), radius)
+        faces = float((z - radius).min()), float((z + radius).max())
+        length = run.fabric.course_spacing * wale_course_counts(direction, along, across)[1]
+        held = edge_nodes(run, model.position()[:, 1], model.group.chain, length) if run.pulls_loops else None
+        test = FrictionTest(run, pull_axis(run), faces, radius, held)
         width = carrying_width(run, direction, specimen)
         facts = {"yarns_across": float(across), "width_mm": width, "area_mm2": along * period * width}
         return PreparedSpecimen(model, test, yarns=piece.table, facts=facts | test.facts)
 
     def finish(self, run: FrictionRun, prepared: PreparedSpecimen, history: History) -> History:
         """Return energies from the pull on: those of pressing a thick strip say nothing of it."""
-        return replace(history_from_time(history, PRESSED), curve=history.curve)
+        pressed = prepared.rig.pressed if isinstance(prepared.rig, FrictionTest) else PRESSED
+        return replace(history_from_time(history, pressed), curve=history.curve)
 
     def results(self, run: FrictionRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Forces, coefficients of two faces and of one, pressure, penetration over deformation."""
@@ -101,22 +119,41 @@ class Friction(FabricTest[FrictionRun]):
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
         error, sunk = found["normal_force_error_pct"], found["penetration_over_deformation_pct"]
-        quality = check_limit(
-            quality, error, FORCE_TOLERANCE, f"normal force deviates by {error:.1f} % during the pull"
-        )
+        if quality.quasi_static:  # else a lower speed mends both
+            quality = check_limit(
+                quality, error, FORCE_TOLERANCE, f"normal force deviates by {error:.1f} % during the pull"
+            )
         text = f"plate penetration is {sunk:.0f} % of the largest element deformation"
         quality = check_limit(quality, sunk, PENETRATION_TOLERANCE, text)
         pull, coulomb = found["pull_force_kinetic_n"], 2.0 * run.rig.kinetic_coefficient * run.rig.normal_force_n
-        if coulomb == 0.0 or pull >= SLIDING * coulomb:
+        if coulomb == 0.0:
             return quality
-        return quality.with_failed_check(
-            f"the strip stretches instead of sliding: its pull force is {pull:.3g} N, that of Coulomb's law "
-            f"{coulomb:.3g} N; lower rig.normal_force (now {run.rig.normal_force:g} N) or raise rig.travel"
+        remedy = (
+            f"lower rig.normal_force (now {run.rig.normal_force:g} N) or raise rig.travel (now {run.rig.travel:g} mm)"
         )
+        if pull < SLIDING * coulomb:
+            return quality.with_failed_check(
+                f"the strip stretches instead of sliding, or its loops come apart: its pull force is {pull:.3g} N, "
+                f"that of Coulomb's law {coulomb:.3g} N; {remedy}"
+            )
+        change = 100.0 * slip_change(history.curve) / coulomb
+        return check_limit(
+            quality, abs(change), STEADY_TOLERANCE,
+            f"the strip does not slide steadily: its pull force changes by {change:.1f} % of Coulomb's law between the "
+            "halves of the travel of the kinetic force", f"; {remedy}",
+        )  # fmt: skip
 
     def span(self, history: History) -> Span:
         """Return the span of the pull, at the latest from the samples of the static force on."""
         return Span(reported_from=static_force(history.curve)[1])
+
+
+def edge_nodes(run: FrictionRun, y: Array, chain: NDArray[np.int64], length: float) -> NDArray[np.int64]:
+    """Nodes at ``y`` (n,) that a piece larger than ``length`` [mm] along y would hold: yarn ends, crests of edge loops.
+
+    A loop at a free edge has no loop that holds it, so that narrow strips unravel under small forces.
+    """
+    return needle_nodes(np.abs(y - 0.5 * length) - 0.5 * length, chain, run.fabric.course_spacing)
 
 
 def static_force(curve: Mapping[str, np.ndarray]) -> tuple[float, float]:
@@ -127,6 +164,14 @@ def static_force(curve: Mapping[str, np.ndarray]) -> tuple[float, float]:
         return float("nan"), float("inf")
     force = _smooth(curve["pull_force_n"][early])
     return float(force.max()), float(curve["time_ms"][early][int(np.argmax(force))])
+
+
+def slip_change(curve: Mapping[str, np.ndarray]) -> float:
+    """Change of the mean pull force [N] from the first to the second half of the kinetic share of the travel."""
+    moved, force = curve["displacement_mm"], curve["pull_force_n"]
+    begin, middle = (1.0 - share * KINETIC_SHARE for share in (1.0, 0.5))
+    first = (moved > begin * moved.max()) & (moved <= middle * moved.max())
+    return float(force[moved > middle * moved.max()].mean() - force[first].mean())
 
 
 def map_cell(run: FrictionRun) -> float:
@@ -140,6 +185,8 @@ def _pressures(run: FrictionRun, history: History, width: float) -> dict[str, fl
     """Mean pressure [MPa] on ``width`` [mm] of fabric, largest pressure of a cell, load of each yarn system [%]."""
     rig = run.rig
     covered = rig.plate_length_mm - (1.0 - 0.5 * KINETIC_SHARE) * rig.travel_mm
+    if run.pulls_loops:
+        covered += mean_stretch(run, history)
     found = {
         "pressure_mean_mpa": rig.normal_force_n / (covered * width),
         "pressure_peak_mpa": float(pressure_map(history, map_cell(run)).pressure.max()),
@@ -147,6 +194,16 @@ def _pressures(run: FrictionRun, history: History, width: float) -> dict[str, fl
     if run.model.scale == "meso":
         found |= {f"plate_load_on_{part}_pct": share for part, share in force_shares(history).items()}
     return found
+
+
+def mean_stretch(run: FrictionRun, history: History) -> float:
+    """Mean stretch [mm] of the strip during the kinetic share of the travel: way of its free end in the frames."""
+    axis = pull_axis(run)
+    end = int(np.argmin(history.frames[0].position[:, axis]))
+    times = [frame.time for frame in history.frames]
+    way = [float(history.frames[0].position[end, axis] - frame.position[end, axis]) for frame in history.frames]
+    late = history.curve["displacement_mm"] > (1.0 - KINETIC_SHARE) * run.rig.travel_mm
+    return float(np.interp(history.curve["time_ms"][late], times, way).mean())
 
 
 def _penetrations(history: History) -> dict[str, float]:

@@ -120,6 +120,8 @@ class PullOutTest(TestRig):
         return {"displacement_mm": self.speed.integral(time), "pull_force_n": pulled, "clamp_force_n": -held}
 
 
+#: acceleration of gravity [mm/ms^2], and least mean pull force of an inlay that friction holds, in its weight
+GRAVITY, LOOSE = 9.81e-3, 10.0
 #: what lies side by side across the piece, and largest difference of the clamp forces over the pull force [%]
 ACROSS, UNBALANCED = {"warp": "wales", "weft": "courses"}, 5.0
 
@@ -192,6 +194,8 @@ class PullOut(FabricTest[PullOutRun]):
         """Evaluate the standard checks, a slide of a pitch at least, and the balance of the clamps if quasi-static."""
         quality = super().assess(run, prepared, history, cost)
         found = self.results(run, prepared, history)
+        if loose := loose_inlay_text(run, prepared.facts["embedded_mm"], history):
+            return replace(quality, failures=(loose, *quality.failures))
         period = prepared.facts["pitch_mm"]
         if not np.isfinite(found["pull_out_sliding_n"]):
             quality = quality.with_failed_check(
@@ -203,6 +207,23 @@ class PullOut(FabricTest[PullOutRun]):
         if not quality.quasi_static:  # a lower speed mends both
             return quality
         return check_limit(quality, apart, UNBALANCED, text, ": lower solver.speed")
+
+
+def loose_inlay_text(run: PullOutRun, embedded: float, history: History) -> str:
+    """Message that the inlay slides under a force of the order of its weight; empty for one that friction holds.
+
+    ``embedded`` [mm] is the length of the inlay in the piece.
+    """
+    inlays = run.fabric.inlays_along(run.rig.direction)[0]
+    weight = inlays.yarn.linear_density_g_per_mm * embedded * GRAVITY
+    pull = float(history.curve["pull_force_n"].mean())
+    if pull >= LOOSE * weight:
+        return ""
+    return (
+        f"the {inlays.name} inlay lies loose in the fabric: its mean pull force is {pull:.2g} N, less than "
+        f"{LOOSE:g} times its weight of {weight:.2g} N. The loops do not press on it, so there is no friction to "
+        f"measure. A shorter loop_length (now {run.fabric.loop_length_mm:g} mm) holds it"
+    )
 
 
 def add_tail_travel(history: History, facts: dict[str, float], axis: int) -> History:

@@ -31,7 +31,15 @@ from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.shear_law_end import end_with_shear_law
 from knittest.studies.homogenise import card
 from knittest.studies.homogenise.card import Array, FinishedTest, tension_curve
-from knittest.studies.homogenise.plan import PLANNED_TESTS, PlannedTest, Request, angles_without_inlays, cell_run, coupled_tests
+from knittest.studies.homogenise.plan import (
+    ANGLE,
+    PLANNED_TESTS,
+    PlannedTest,
+    Request,
+    angles_without_inlays,
+    cell_run,
+    coupled_tests,
+)
 from knittest.studies.trials.pool import LocalPool
 from knittest.studies.trials.runner import TRIALS, handle_signals, run_with_overview
 from knittest.studies.trials.trial import Record, code_digest, trial_of
@@ -196,6 +204,8 @@ def _run_paths(
         if farther[piece] > 1.0:
             assert isinstance(run, CellRun)
             sets.append(f"rig.max_strain={min(farther[piece] * run.rig.max_strain, FARTHEST)!r}")
+        if piece.kind == "picture-frame" and tried != ATTEMPTS[0]:  # loops that are sheared far may snap
+            sets.append(f"rig.max_angle={ANGLE!r}")
         runs[piece] = cell_run(_request(fabric, folder, tuple(sets)), piece)
     trials = {piece: trial_of(run, f"card, {piece.name}") for piece, run in runs.items()}
     by_key = {trial.key: piece for piece, trial in trials.items()}

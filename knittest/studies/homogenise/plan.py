@@ -207,8 +207,9 @@ def command_setting(name: str, value: object) -> Setting:
 
 #: largest strain of tensile paths over the strain at which straight yarns fail
 STRAIN_MARGIN = 1.05
-#: angle [deg] of the sheared cell: the last whole step of the law is beyond 40 deg
-ANGLE = 42.5
+#: angle [deg] of the sheared cell: the last whole step of the law is beyond 40 deg; and the largest one, of a cell that
+#: is relaxed at each row: loops lock later than inlays that cross, and soft shells are sheared further
+ANGLE, RELAXED_ANGLE = 42.5, 60.0
 #: strain [%] that counts as one of a direction without inlays in the angles of paths
 KNIT_SCALE = 50.0
 #: largest stretch and contraction [%] of paths along a direction that no inlay limits, and force per width [N/mm] at
@@ -239,7 +240,8 @@ def cell_run(request: Request, piece: PlannedTest) -> Run:
     if piece.kind == "tensile":
         usual = [command_setting("rig.max_strain", inlay_strain(run.fabric, str(piece.direction)))]
     elif piece.kind == "picture-frame":
-        usual = [command_setting("rig.max_angle", ANGLE)]
+        assert isinstance(run, CellRun)
+        usual = [command_setting("rig.max_angle", RELAXED_ANGLE if run.is_relaxed else ANGLE)]
     return resolve_meso_run(request, "cell", None, [*settings, *usual, *sets])
 
 
