@@ -1,6 +1,7 @@
 """Writes the pages of docs that are made of the models, the commands and stored runs. In a checkout:
 
-python -m docs.generate           writes reference-config.md, reference-cli.md, validation.md, structures.md and stub
+python -m docs.generate           writes reference-config.md, reference-cli.md, validation.md, structures.md,
+                                  acrylic-knits.md and stub
 python -m docs.generate --check   writes nothing, exits with 1 when one of them is not what it would write
 """
 
@@ -11,6 +12,7 @@ from typing import Any
 import click
 
 from docs.generate_config import config_reference, plain, table
+from docs.generate_knits import knits_page
 from docs.generate_structures import structures_page
 from docs.generate_stub import stub
 from docs.generate_validation import validation_page
@@ -44,7 +46,7 @@ def main() -> int:
 def references() -> dict[str, str]:
     """Text of each file by its name in docs."""
     texts = {"reference-config.md": config_reference(), "reference-cli.md": cli_reference()}
-    texts |= {"validation.md": validation_page(), "structures.md": structures_page()}
+    texts |= {"validation.md": validation_page(), "structures.md": structures_page(), "acrylic-knits.md": knits_page()}
     return {name: f"{NOTE}\n\n{text}" for name, text in texts.items()} | {STUB: stub()}
 
 

@@ -163,9 +163,10 @@ def configs_dir() -> Path:
 
 
 def structures() -> dict[str, Path]:
-    """Shipped fabric files that state stitches or layers of inlays, by name."""
+    """Shipped fabric files that state stitches or layers of inlays, by name, but those of measured knits."""
     files = sorted((configs_dir() / "fabrics").glob("*.yaml"))
-    return {p.stem: p for p in files if STRUCTURE_FIELD.search(p.read_text(encoding="utf-8"))}
+    texts = {p: p.read_text(encoding="utf-8") for p in files}
+    return {p.stem: p for p, text in texts.items() if STRUCTURE_FIELD.search(text) and "soft_shell" not in text}
 
 
 def data_dir() -> Path:

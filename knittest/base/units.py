@@ -28,6 +28,7 @@ UNITS: dict[str, dict[str, float]] = {
         "psi": 6.89475729316836e-3, "ksi": 6.89475729316836, "N/mm2": 1.0, "N/cm2": 1e-2,
         "kgf/cm2": 0.0980665, "gf/cm2": 9.80665e-5,
     },
+    "stress per length": {"N/mm3": 1.0, "MPa/mm": 1.0},
     "moment": {"N mm": 1.0, "N m": 1e3, "N cm": 10.0, "mN cm": 1e-2},
     "bending stiffness": {"N mm2": 1.0, "N m2": 1e6, "N cm2": 100.0, "mN cm2": 0.1},
     "threads per length": {
@@ -44,7 +45,7 @@ SUFFIX = {
     "number": "fraction", "length": "mm", "area": "mm2", "angle": "rad", "mass": "g", "mass per length": "g_per_mm",
     "mass per area": "g_per_mm2", "mass per volume": "g_per_mm3", "time": "ms", "speed": "mm_per_ms",
     "acceleration": "mm_per_ms2", "rate": "per_ms", "force": "n", "force per length": "n_per_mm", "stress": "mpa",
-    "moment": "n_mm", "bending stiffness": "n_mm2", "threads per length": "per_mm",
+    "stress per length": "n_per_mm3", "moment": "n_mm", "bending stiffness": "n_mm2", "threads per length": "per_mm",
 }  # fmt: skip
 
 

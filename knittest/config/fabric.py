@@ -260,7 +260,7 @@ class Fabric(Strict):
     @model_validator(mode="after")
     def _is_consistent(self) -> Self:
         repeat_of(grid_of(self.stitches), self.inlays)
-        for check in (_check_loop, _check_area_mass, _check_thickness, _check_patch, _check_sections):
+        for check in (_check_shell, _check_loop, _check_area_mass, _check_thickness, _check_patch, _check_sections):
             check(self)
         if self.experiment is not None and self.experiment_variant is None:
             raise BoundsError("missing: name of this fabric in the tables of the experiment", "experiment_variant")
@@ -342,6 +342,11 @@ class Fabric(Strict):
         return legs * self.knitting.bending_stiffness_n_mm2 / soft * pitch / (self.loop_length_mm / legs)
 
     @property
+    def is_soft(self) -> bool:
+        """Tell whether the loops are of a yarn with a soft shell."""
+        return self.knitting is not None and self.knitting.soft_shell is not None
+
+    @property
     def has_yarns(self) -> bool:
         """Tell whether loops and yarns are described."""
         return not self.missing_yarns
@@ -366,6 +371,12 @@ class Fabric(Strict):
     def density_per_mm(self) -> DirectionalNumber:
         """Wales (warp) and courses (weft) per length [1/mm]."""
         return DirectionalNumber(self.warp_density_per_mm, self.weft_density_per_mm)
+
+
+def _check_shell(fabric: Fabric) -> None:
+    """Check that yarns with a soft shell form the loops of a fabric without inlays, which have no such law."""
+    if fabric.is_soft and fabric.inlays:
+        raise BoundsError("is for fabrics without inlays: remove it, or the layers of inlays", "knitting.soft_shell")
 
 
 def _check_loop(fabric: Fabric) -> None:
@@ -461,7 +472,7 @@ def _check_thickness(fabric: Fabric) -> None:
     """Check that the thickness is that of the layers of inlays between loops."""
     if not fabric.has_yarns or fabric.knitting is None:
         return
-    inlays, loop = sum(one.section_mm[1] for one in fabric.inlays), fabric.knitting.beam_diameter.value
+    inlays, loop = sum(one.section_mm[1] for one in fabric.inlays), fabric.knitting.loose_diameter_mm
     low, high = THICKNESS[0] * max(inlays, loop), THICKNESS[1] * (inlays + 2.0 * loop)
     if not low <= fabric.thickness.value <= high:
         raise BoundsError(

@@ -88,6 +88,20 @@ class InlaySection(Strict):
     flattening: Flattening | None = Field(None, description="flattening under lateral force; none: rigid sections")
 
 
+class SoftShell(Strict):
+    """Shell of loose fibres around the core of a soft yarn, which has ``beam_diameter``.
+
+    Energy per length of both yarns at the distance d of their centre-lines (Singal et al., 2024): k D^2 / (p (p - 1))
+    (z^(1-p) - 1 + (1-p)(1-z)) with D = outer - core diameter and z = (d - core) / D.
+    """
+
+    outer_diameter: Quantity = measure("mm", "diameter at which the fibres of two yarns touch", gt=0, band=(0.05, 10))
+    outer_diameter_mm: ClassVar[Kernel[float]] = Kernel("outer_diameter")
+    rigidity: Quantity = measure("N/mm3", "k: stiffness of the shell per length of both yarns", gt=0, band=(1e-6, 10))
+    rigidity_n_per_mm3: ClassVar[Kernel[float]] = Kernel("rigidity")
+    exponent: Quantity = measure("1", "p: power by which the pressure grows towards the core", ge=1.2, le=5)
+
+
 ELASTIC = Quantity(value=0.0, source="assumed", ref="elastic: no unloading was measured")
 
 

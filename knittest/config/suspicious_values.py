@@ -204,7 +204,7 @@ def _thickness_notes(fabric: Fabric) -> Iterator[str]:
     if not fabric.has_yarns or fabric.knitting is None or not fabric.is_plain:
         return
     inlays = sum(one.section_mm[1] for one in fabric.inlays)
-    made, stated = inlays + 2.0 * fabric.knitting.beam_diameter_mm, fabric.thickness
+    made, stated = inlays + 2.0 * fabric.knitting.loose_diameter_mm, fabric.thickness
     low, high = (share * made for share in THICKNESS)
     if not low <= stated.value <= high:
         yield (

@@ -9,7 +9,7 @@ from pydantic import Field, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema
 
 from knittest.config.base import BoundsError, DirectionalNumber, Kernel, PerDirection, Quantity, Strict, measure, number
-from knittest.config.laws import InlaySection, YarnLaw
+from knittest.config.laws import InlaySection, SoftShell, YarnLaw
 from knittest.config.yarn_card import SETTINGS, Blend, blend_of, fill_yarn_card
 
 #: steepest tangent of a table over the modulus; beyond, stresses are in another unit
@@ -183,10 +183,19 @@ class KnittingYarn(Yarn):
         band=(1e-3, 20),
     )
     tension_n: ClassVar[Kernel[float | None]] = Kernel("tension")
+    soft_shell: SoftShell | None = Field(
+        None, description="contact of a soft yarn: a shell of loose fibres around the core, which has beam_diameter; "
+        "for fabrics without inlays. None: yarns touch by contact.normal_stiffness",
+    )  # fmt: skip
     loop_scatter: Literal["none", "courses"] = Field(
         "none", description="courses: random loop length of each course of a specimen, with the sd of "
         "fabric.loop_length; cells have the mean. Starts from the initial equilibrium, as with loop_shortening",
     )  # fmt: skip
+
+    @property
+    def loose_diameter_mm(self) -> float:
+        """Diameter [mm] of the yarn with its loose fibres: that of its shell, if it has one."""
+        return self.beam_diameter_mm if self.soft_shell is None else self.soft_shell.outer_diameter_mm
 
     @property
     def starts_relaxed(self) -> bool:
@@ -198,6 +207,11 @@ class KnittingYarn(Yarn):
         if self.loop_shortening is not None and self.tension is not None:
             raise BoundsError("excludes loop_shortening: keep the one that was measured", "tension")
         _check_bending(self, self.bending_stiffness, "bending_stiffness")
+        if self.soft_shell is not None and self.soft_shell.outer_diameter.value <= 1.02 * self.beam_diameter.value:
+            raise BoundsError(
+                f"must be more than the diameter of the core, beam_diameter = {self.beam_diameter.value:g} mm, by 2 %",
+                "soft_shell.outer_diameter",
+            )
         return self
 
 

@@ -3,7 +3,7 @@ cached by its inputs.
 """
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import ceil, floor, sqrt
@@ -224,6 +224,28 @@ def relaxed_cell(fabric: Fabric, compute: Callable[[], None] | None = None) -> C
         save_cell(cell)
     _cells_in_memory[spec] = cell
     return cell
+
+
+def keep_cell(cell: Cell) -> None:
+    """Let :func:`relaxed_cell` return ``cell`` for a fabric of its spec in this process."""
+    _cells_in_memory[cell.spec] = cell
+
+
+def settled_cell(fabric: Fabric, points: Sequence[Array]) -> Cell:
+    """Cell of ``fabric`` whose loops have come to rest at ``points`` [mm] elsewhere, one array (n, 3) a course.
+
+    Each begins in a needle arc, as yarns of a strip do. The cell is moved to its place.
+    """
+    spec = CellSpec.of(fabric)
+    nodes = np.vstack(list(points))
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    place = np.array([points[0][0, 0], nodes[:, 1].mean() - 0.5 * (spec.size[1] - spec.course), 0.5 * (low + high)[2]])
+    curves = []
+    for (system, index), one in zip(curve_names(spec), points, strict=True):
+        half, period = len(one) // (2 * spec.repeat[0]), period_of(spec, system)
+        # half a loop earlier: curves of a cell begin in a sinker arc
+        curves.append(Curve(system, index, np.vstack([one[-half:] - period, one[:-half]]) - place, period))
+    return Cell(spec, tuple(curves), 0.0, 0.0, 0.0, 0)
 
 
 def relax_cell(spec: CellSpec, finer: float = 1.0) -> Cell:

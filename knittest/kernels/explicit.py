@@ -3,8 +3,8 @@
 Sweep 1 evaluates contacts or shells, each storing its own result; sweep 2 lets every partition of the nodes collect
 what acts on it in a fixed order and integrates. The number of partitions is fixed, so the bits do not depend on the
 number of threads. A run compiles only what it uses: yarns and shells, one thread and several have an entry each; what
-resists ``spin`` at crossings, ``oval`` sections, the ``images`` of a periodic cell and ``tools`` are None where there
-are none, and their branches are cut before they are compiled.
+resists ``spin`` at crossings, ``oval`` sections, ``pairs`` of soft yarns, the ``images`` of a periodic cell and
+``tools`` are None where there are none, and their branches are cut before they are compiled.
 """
 
 import numpy as np
@@ -21,6 +21,7 @@ from knittest.kernels.section_blocks import turn_sections
 from knittest.kernels.sheet_contact import scatter_sheet, sheet_forces
 from knittest.kernels.shell_blocks import gather_shells, shell_forces
 from knittest.kernels.shell_state import BLOCK
+from knittest.kernels.soft_contact import gather_pairs, press_pairs
 from knittest.kernels.threading import claim, next_partition
 from knittest.kernels.tool_contact import forget_rooms, move_tools, touch_tools
 from knittest.kernels.vec import KERNEL, PARALLEL, PART, PARTITIONS, U, read_tables, rows3
@@ -79,10 +80,14 @@ def apply_outside_forces(p, dt, nodes, parts, tables, loads, tools, touch, tally
 
 
 @njit(**PART)
-def _yarn_share(p, time, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally, w):
+def _yarn_share(
+    p, time, dt, nodes, parts, beams, contacts, pairs, oval, tables, motions, loads, tools, touch, tally, w
+):  # fmt: skip
     _clear(parts.node[p], parts.node[p + 1], nodes.force)
     _clear(parts.node[p], parts.node[p + 1], nodes.moment)
     scatter_contacts(p, nodes, contacts)
+    if pairs is not None:
+        gather_pairs(parts.node[p], parts.node[p + 1], nodes, pairs)
     apply_outside_forces(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     for k in range(parts.span_start[p], parts.span_start[p + 1]):
         start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
@@ -112,8 +117,8 @@ def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, m
 
 @njit(**KERNEL)
 def advance_yarns_alone(
-    steps, time, dt, nodes, parts, beams, contacts, count, law, spin, oval, images, tables, motions, loads, tools,
-    touch, tally, scratch,
+    steps, time, dt, nodes, parts, beams, contacts, count, law, pairs, soft, spin, oval, images, tables, motions, loads,
+    tools, touch, tally, scratch,
 ):  # fmt: skip
     """:func:`advance_yarns` on one thread, without parallel loops and claims."""
     if tools is not None:
@@ -125,13 +130,17 @@ def advance_yarns_alone(
         if count > 0:
             for p in range(PARTITIONS):
                 contact_share(p, count, dt, nodes, contacts, beams.alive, law, spin, oval, tally, w)
+        if pairs is not None:
+            for p in range(PARTITIONS):
+                press_pairs(p, dt, nodes, pairs, soft, tally)
         if images is not None:
-            pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally)
+            pull_lattice(count, dt, nodes, beams, contacts, pairs, images, tables, tally)
         for p in range(PARTITIONS):
             if parts.node[p] < parts.node[p + 1]:
                 _yarn_share(
-                    p, now, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally, w
-                )
+                    p, now, dt, nodes, parts, beams, contacts, pairs, oval, tables, motions, loads, tools, touch,
+                    tally, w,
+                )  # fmt: skip
         if images is not None:
             move_images(dt, nodes, images)
             if oval is not None:
@@ -142,14 +151,14 @@ def advance_yarns_alone(
 
 @njit(**PARALLEL)
 def advance_yarns(
-    threads, steps, time, dt, nodes, parts, beams, contacts, count, law, spin, oval, images, tables, motions, loads,
-    tools, touch, tally, scratch,
+    threads, steps, time, dt, nodes, parts, beams, contacts, count, law, pairs, soft, spin, oval, images, tables,
+    motions, loads, tools, touch, tally, scratch,
 ):  # fmt: skip
     """Advance a model of beam chains by ``steps`` time steps of ``dt`` [ms] from ``time`` [ms].
 
-    ``threads`` is the number of threads, more than one, ``count`` that of contacts in use. ``tables`` to ``touch`` are
-    the fields of :class:`Drive` (parallel loops take no nested tuples); ``scratch`` is (PARTITIONS, SCRATCH). State is
-    updated in place.
+    ``threads`` is the number of threads, more than one, ``count`` that of contacts in use. ``pairs`` of soft yarns
+    touch by the law ``soft``, both None where there are none. ``tables`` to ``touch`` are the fields of :class:`Drive`
+    (parallel loops take no nested tuples); ``scratch`` is (PARTITIONS, SCRATCH). State is updated in place.
     """
     if tools is not None:
         forget_rooms(touch)
@@ -162,15 +171,17 @@ def advance_yarns(
                 p = next_partition(k, thread, threads)
                 if claim(claimed, p, 2 * step + 1):
                     contact_share(p, count, dt, nodes, contacts, beams.alive, law, spin, oval, tally, scratch[thread])
+                    if pairs is not None:
+                        press_pairs(p, dt, nodes, pairs, soft, tally)
         if images is not None:
-            pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally)
+            pull_lattice(count, dt, nodes, beams, contacts, pairs, images, tables, tally)
         for thread in prange(threads):
             for k in range(PARTITIONS):
                 p = next_partition(k, thread, threads)
                 if claim(claimed, p, 2 * step + 2):
                     _yarn_share(
-                        p, now, dt, nodes, parts, beams, contacts, oval, tables, motions, loads, tools, touch, tally,
-                        scratch[thread],
+                        p, now, dt, nodes, parts, beams, contacts, pairs, oval, tables, motions, loads, tools, touch,
+                        tally, scratch[thread],
                     )  # fmt: skip
         if images is not None:
             move_images(dt, nodes, images)

@@ -11,7 +11,8 @@ from knittest.kernels.beam import beam_energies
 from knittest.kernels.contact import SIDE_BY_SIDE, penalty, spline_weights
 from knittest.kernels.laws import hinge_force
 from knittest.kernels.shell_state import AREA, state_index
-from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, at3, combine, dot, rows3
+from knittest.kernels.soft_contact import shell_pressure
+from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, at3, combine, dot, rows3, sub
 
 
 @njit(**KERNEL)
@@ -246,6 +247,45 @@ def stiffest_node(contacts, count, law, axial, shear, nodes, load):
                             worst, largest = i, bound
                     for k in range(6):
                         load[i, k] = 0.0
+    return worst, largest
+
+
+@njit(**PART)
+def _bound_of(i, axial, shear, nodes, load):
+    """Bound of the squared frequency [1/ms^2] of node ``i`` from its ``load`` and its beams."""
+    x, y, z = rows3(nodes.position)
+    if i > 0:
+        _add_beam(load, i, i - 1, axial, shear, x, y, z)
+    _add_beam(load, i, i, axial, shear, x, y, z)
+    return (
+        _largest_eigenvalue(load[i, 0], load[i, 1], load[i, 2], load[i, 3], load[i, 4], load[i, 5]) * nodes.inv_mass[i]
+    )
+
+
+@njit(**KERNEL)
+def stiffest_soft_node(pairs, law, axial, shear, nodes, load):
+    """:func:`stiffest_node` with pairs of soft yarns: pressing along their line, sticking or pressure across it."""
+    position = rows3(nodes.position)
+    for c in range(pairs.weight.size):
+        i, j = pairs.node[0, c], pairs.node[1, c]
+        offset = sub(at3(position, i), at3(position, j))
+        distance = max(sqrt(dot(offset, offset)), 1e-9)
+        if distance < law.outer:
+            pressure, stiffness, _ = shell_pressure(distance, law)
+            across = max(law.tangential, pressure / distance)
+            weight, inv = 2.0 * pairs.weight[c], 1.0 / distance
+            for node in (i, j):
+                _add_dyad(
+                    load, node, weight * stiffness, weight * across, inv * offset[0], inv * offset[1], inv * offset[2]
+                )
+    worst, largest = -1, 0.0
+    for i in range(pairs.start.size - 1):
+        if load[i, 0] + load[i, 1] + load[i, 2] > 0.0:
+            bound = _bound_of(i, axial, shear, nodes, load) if nodes.inv_mass[i] > 0.0 else 0.0
+            if bound > largest:
+                worst, largest = i, bound
+            for k in range(6):
+                load[i, k] = 0.0
     return worst, largest
 
 

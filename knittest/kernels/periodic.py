@@ -174,11 +174,24 @@ def _book_contact(c, contacts, position, images):
             _book(i - 1 + k, scale(sign * part, f), moment, position, images)
 
 
+@njit(**PART)
+def _book_pairs(pairs, position, images):
+    """Add what the forces of pairs of soft yarns on images mean, by their shares."""
+    force, none = rows3(pairs.force), (0.0, 0.0, 0.0)
+    for c in range(pairs.weight.size):
+        f = at3(force, c)
+        if f[0] != 0.0 or f[1] != 0.0 or f[2] != 0.0:
+            share = pairs.share[c]
+            _book(pairs.node[0, c], scale(share, f), none, position, images)
+            _book(pairs.node[1, c], scale(-share, f), none, position, images)
+
+
 @njit(**KERNEL)
-def pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally):
+def pull_lattice(count, dt, nodes, beams, contacts, pairs, images, tables, tally):
     """Find what the cell pulls the lattice with, book its work, and move the lattice on by ``dt`` [ms].
 
-    To be called when the forces of the ``count`` contacts are known and no node has moved yet.
+    To be called when the forces of the ``count`` contacts, and of the ``pairs`` of soft yarns (None: there are none),
+    are known and no node has moved yet.
     """
     for q in range(LATTICE):
         images.pull[q] = 0.0
@@ -188,6 +201,8 @@ def pull_lattice(count, dt, nodes, beams, contacts, images, tables, tally):
         _book(i + 1, force, moment, nodes.position, images)
     for c in range(count):
         _book_contact(c, contacts, nodes.position, images)
+    if pairs is not None:
+        _book_pairs(pairs, nodes.position, images)
     kept = nodes.damping_factor[0]
     for q in range(LATTICE):
         before, force = images.rate[q], images.pull[q]

@@ -141,6 +141,41 @@ class ContactLaw(NamedTuple):
         return True if self.torsional > 0.0 else None
 
 
+class SoftLaw(NamedTuple):
+    """Contact of soft yarns as a table over the distance of two centre-lines, see :mod:`knittest.kernels.soft_contact`.
+
+    ``outer`` diameter and ``least`` distance of the table [mm], ``inv_step`` between its rows [1/mm]; ``pressure``
+    [N/mm2] and ``energy`` [N/mm] at its rows, from the least distance to the outer diameter; stiffness ``steepest``
+    below it and ``tangential`` while sticking [N/mm3]; Coulomb coefficient.
+    """
+
+    outer: float
+    least: float
+    inv_step: float
+    pressure: Array
+    energy: Array
+    steepest: float
+    tangential: float
+    friction: float
+
+
+class SoftPairs(NamedTuple):
+    """Pairs of ``node`` (2, n) of soft yarns that are near each other.
+
+    ``weight`` (n,) product of their lengths [mm2]; ``share`` (n,) that counts, as of :class:`Contacts`; ``spring``
+    stretch of friction [mm] and ``force`` on the first node [N], (3, n). ``entry`` lists pair number and side
+    (2 c + side) by node, from ``start`` (n_nodes + 1,) on.
+    """
+
+    node: Index
+    weight: Array
+    share: Array
+    spring: Array
+    force: Array
+    start: Index
+    entry: Index
+
+
 class Tally(NamedTuple):
     """Accumulators over steps: ``reaction`` (PARTITIONS, n_groups) [N or N mm], conjugate to the table of each group,
     ``support`` (PARTITIONS, n_groups) [N or N mm], the same without the scales; energies (PARTITIONS, 9) [mJ].

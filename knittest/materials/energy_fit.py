@@ -102,7 +102,8 @@ def fit_energy(strain: Array, force: Array, where: str) -> tuple[BiaxialLaw, flo
     begins with ``where``.
     """
     _check_range(strain, force, where)
-    peaks, size = np.maximum(np.abs(force).max(axis=0), 1e-12), tangent_size(strain, force)
+    # of the pull: loops that are piled up push with any force
+    peaks, size = np.maximum(force.max(axis=0), 1e-12), tangent_size(strain, force)
     least = LEAST_TANGENT * peaks / np.ptp(strain, axis=0)
     pulled = (force > 0.0).all(axis=1)
     own, other = force[pulled].T

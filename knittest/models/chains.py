@@ -126,18 +126,26 @@ def contact_group(
     half_piece[1:] = 0.5 * np.maximum(lay.length[1:], lay.length[:-1])
     mean = np.array([lay.mean_length(s) for s in range(len(lay.cards))])
     bend = 1.2 * (0.5 * np.pi * 2.0 * wide + BEND_MARGIN)
+    if contact is not None and contact.shell is not None:
+        bend[:] = contact.shell.along
     law = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
     if contact is not None and is_piece.any():
         damping = 2.0 * contact.damping * sqrt(contact.normal * 0.5 * float(mass[is_piece].min()))
         law = contact.law(float(radius.min()), damping, torsional)
     n_parts, patch = int(part.max()) + 1, None if contact is None else contact.patch
+    soft_law, half = None, np.where(lay.joined, 0.5 * lay.rest, 0.0)
+    if contact is not None and contact.shell is not None:
+        shell = contact.shell
+        soft_law = shell.law(contact.friction, contact.tangential / contact.normal)
+        wide = np.full(len(radius), 0.5 * shell.outer)
     levers = np.zeros((2, n_parts, n_parts)) if patch is None else patch.levers(n_parts)
     return YarnContactGroup(
         radius, half_piece, np.ceil(bend / mean[lay.section]).astype(np.int64), is_piece, lay.chain,
         lay.chain_end_flags(0 if contact is None else contact.cut),
         node_cut, law, part, levers, wide, *_heights(lay, normal),
         _shapes(lay, contact), pressed=contact is not None and contact.pressed,
-        soft=contact is not None and contact.soft,
+        soft=contact is not None and contact.soft, soft_law=soft_law,
+        length=half + np.concatenate([[0.0], half[:-1]]),
     )  # fmt: skip
 
 
@@ -231,9 +239,12 @@ def _loads(lay: Layout, mass: Array, inertia: Array, contact: YarnContact | None
     radius, wide = lay.section_constant("radius"), lay.section_constant("wide")
     turns = mass / inertia
     # a force along the normal of an ellipse turns it by its shift, at most the difference of its half axes
-    touch = contact.stiffest(float(radius.min())) * (1.0 + (wide - radius) ** 2 * turns) if contact else 0.0
+    longest = float(lay.rest[lay.joined].max(initial=0.0))
+    touch = contact.stiffest(float(radius.min()), longest) * (1.0 + (wide - radius) ** 2 * turns) if contact else 0.0
     # sticking turns a node by its arm too, and the rotary inertia is mass times inertia / mass
     stick = contact.tangential * (1.0 + wide**2 * turns) if contact else np.zeros(len(mass))
+    if contact is not None and contact.shell is not None:  # forces act on the nodes themselves, in any direction
+        stick = np.full(len(mass), touch)
     axial, shear = (lay.section_constant(name) / lay.rest for name in ("axial", "shear"))
     return nodal_loads(lay.chord, lay.joined, axial, shear, share * np.maximum(touch, stick), share * stick)
 

@@ -2,7 +2,7 @@
 
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from knittest.kernels import search
 from knittest.kernels.line_contact import MOST, Pieces, flag_other_kinds, mark_found, mark_tracked
 from knittest.kernels.pair_search import Cells, find_pairs
 from knittest.kernels.section_blocks import COLUMNS, mark_ellipses, place_ellipses, turn_sections
-from knittest.kernels.state import ContactLaw, Contacts, Images, Nodes
+from knittest.kernels.state import ContactLaw, Contacts, Images, Nodes, SoftLaw
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.explicit_model import State, arrays_of, checked_array, put_back
 from knittest.models.image_contacts import masters, share_states
@@ -77,6 +77,8 @@ class YarnContactGroup:
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
     pieces ``near`` (n_nodes,), which touch a node of the cell, whose ``images`` have copies of them; none elsewhere.
+
+    Yarns with a shell touch by ``soft_law``, with the ``length`` (n_nodes,) of yarn [mm] that each node stands for.
     """
 
     radius: Array
@@ -100,6 +102,8 @@ class YarnContactGroup:
     images: Images | None = None
     pressed: bool = False
     soft: bool = False
+    soft_law: SoftLaw | None = None
+    length: Array = field(default_factory=lambda: np.zeros(0))
 
 
 class ContactTracker:

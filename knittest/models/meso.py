@@ -13,6 +13,7 @@ from knittest.config.structure import KNIT
 from knittest.fabric.cell import Cell
 from knittest.fabric.strip import YarnPath, strip
 from knittest.fabric.topology import YarnDraws
+from knittest.materials.soft_shell import SoftShell
 from knittest.materials.yarn_section import STRENGTH_MARGIN, fabric_patch, sections, systems_of
 from knittest.models.chains import Chain, MassScaling, build_chains
 from knittest.models.contact_tracker import PORTION
@@ -81,6 +82,11 @@ def yarn_contact(run: Run) -> YarnContact:
     card = run.fabric.contact
     normal = card.normal_stiffness_n_per_mm
     static, compaction = card.static_friction_coefficient, card.compaction
+    loop, shell = run.fabric.knitting, None
+    if (given := loop.soft_shell) is not None:
+        shell = SoftShell(
+            given.outer_diameter_mm, loop.beam_diameter_mm, given.rigidity_n_per_mm3, given.exponent.value
+        )
     return YarnContact(
         normal,
         normal * card.tangential_ratio.value,
@@ -88,8 +94,9 @@ def yarn_contact(run: Run) -> YarnContact:
         static=None if static is None else static.value,
         compaction=None if compaction is None else (compaction.exponent, compaction.depth_mm),
         patch=fabric_patch(run.fabric),
-        pressed=run.fabric.knitting.starts_relaxed,
+        pressed=loop.starts_relaxed,
         cut=CUT,
+        shell=shell,
     )
 
 
@@ -115,9 +122,20 @@ def _loop_shortening(run: Run, path: YarnPath, rows: int, loop: Array | None) ->
 
     ``loop`` (rows,) are the drawn lengths of the courses' loops over their mean [-], None where all are alike.
     """
+    if run.fabric.is_soft:  # pairs of nodes touch, so the polygon has the length of the loops
+        return np.full(len(path.points) - 1, 1.0 - stretch(run, path.uncut_path))
     own = 1.0 if path.system != KNIT or loop is None else float(loop[path.index])
     drawn = 1.0 - (1.0 - (run.fabric.knitting.loop_shortening_fraction or 0.0)) * own
     return np.where(_held_elements(run, path, rows), drawn, 0.0)
+
+
+def _cell_shortening(run: Run, path: YarnPath) -> float:
+    """Draw-in of a yarn of a cell, as in :func:`_loop_shortening`."""
+    if path.system != KNIT:
+        return 0.0
+    if run.fabric.is_soft:
+        return 1.0 - stretch(run, path)
+    return run.fabric.knitting.loop_shortening_fraction or 0.0
 
 
 def _held_elements(run: Run, path: YarnPath, rows: int) -> Flags:
@@ -178,7 +196,7 @@ def build_meso_cell(
             systems.index(path.system),
             stretch=stretch(run, path),
             degree_of_set=run.fabric.knitting.degree_of_set.value if path.system == KNIT else 1.0,
-            loop_shortening=(run.fabric.knitting.loop_shortening_fraction or 0.0) if path.system == KNIT else 0.0,
+            loop_shortening=_cell_shortening(run, path),
             along=cell.spec.axis(path.system),
             normal=UPRIGHT,
         )

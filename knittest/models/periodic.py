@@ -77,7 +77,7 @@ def build_periodic(
                 f"{ENDS}, along lattice vector 0 or 1"
             )
     contact = contact and replace(contact, cut=0)  # ends of images are no ends of yarns
-    pieces = _pieces(chains, vectors, _reach(chains, vectors, shrink, slide) if halo is None else halo)
+    pieces = _pieces(chains, vectors, _reach(chains, vectors, contact, shrink, slide) if halo is None else halo)
     long = [_extend_chain(chains[p.chain], p, vectors) for p in pieces]
     flat = build_chains(long, part_names, contact, scaling)
     own, master, times = _masters(chains, pieces)
@@ -93,9 +93,13 @@ def _heights(vectors: Array) -> Array:
     return np.asarray(area / np.linalg.norm(vectors[::-1], axis=1))
 
 
-def _reach(chains: Sequence[PeriodicChain], vectors: Array, shrink: float, slide: float) -> float:
+def _reach(
+    chains: Sequence[PeriodicChain], vectors: Array, contact: YarnContact | None, shrink: float, slide: float
+) -> float:
     """Distance [mm] from nodes of the cell at the start within which pieces may come to touch theirs."""
     radius = max(chain.section.wide for chain in chains)
+    if contact is not None and contact.shell is not None:
+        radius = max(radius, 0.5 * contact.shell.outer)
     elements = (np.diff(c.points, axis=0, append=c.points[:1] + vectors[c.along]) for c in chains)
     longest = max(float(np.linalg.norm(of, axis=1).max()) for of in elements)
     return (2.0 * radius + CONTACT_SKIN + longest) / shrink + slide * radius
@@ -170,7 +174,9 @@ def _periodic(flat: YarnModel, vectors: Array, own: Flags, master: Index, times:
     mesh, section = flat.mesh, section_of_nodes(flat.parts, n)
     given["mesh"] = replace(mesh, **{name: getattr(mesh, name)[kept] for name in ("cells", "part", "yarn", "radius")})
     images = _images(flat, vectors, ghost, master, times, element[kept], section)
-    given |= {"images": images, "group": replace(flat.group, owned=own.astype(float), near=near, images=images)}
+    length = np.where(own, flat.group.length, flat.group.length[master])
+    group = replace(flat.group, owned=own.astype(float), near=near, images=images, length=length)
+    given |= {"images": images, "group": group}
     if flat.group.shape.size:
         flat.group.shape[STIFF, ghost] = 0.0  # images follow
     for array in (flat.mass, flat.inertia, flat.nodes.inv_mass[:n], flat.nodes.inv_inertia[:n]):

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from knittest.kernels.contact import penalty
 from knittest.kernels.state import ContactLaw
+from knittest.materials.soft_shell import SoftShell
 from knittest.materials.yarn_section import EVEN, Patch
 
 #: share of critical damping of a touching pair of nodes
@@ -22,7 +23,8 @@ class YarnContact:
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
     relax. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
     side leaves them no room. ``soft`` yarns store little energy: contacts found late get their force in small portions,
-    and the yarns take long to come to rest.
+    and the yarns take long to come to rest. Yarns with a ``shell`` touch by its law instead of the penalty, with the
+    coefficient ``friction`` and the ratio of ``tangential`` to ``normal``.
     """
 
     normal: float
@@ -35,6 +37,7 @@ class YarnContact:
     pressed: bool = False
     cut: int = 0
     soft: bool = False
+    shell: SoftShell | None = None
 
     def law(self, radius: float, viscous: float, torsional: float = 0.0) -> ContactLaw:
         """Contact law of yarns whose smallest radius is ``radius`` [mm], with ``viscous`` [N ms/mm] and ``torsional``
@@ -51,8 +54,10 @@ class YarnContact:
             COMPACTION_ENDS * radius, torsional, softening,
         )  # fmt: skip
 
-    def stiffest(self, radius: float) -> float:
-        """Largest stiffness [N/mm] between yarns of ``radius`` [mm]."""
+    def stiffest(self, radius: float, length: float = 0.0) -> float:
+        """Largest stiffness [N/mm] between yarns of ``radius`` [mm], of soft ones with beams of ``length`` [mm]."""
+        if self.shell is not None:
+            return self.shell.stiffest(length)
         law = self.law(radius, 0.0)
         return float(penalty.py_func(law.cap, law.normal, law.linear, law.square, law.cubic, law.cap)[1])
 

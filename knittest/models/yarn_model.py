@@ -25,6 +25,7 @@ from knittest.models.explicit_model import (
 )
 from knittest.models.natural_state import check_conformity, shape_energy
 from knittest.models.sections import beam_resultants
+from knittest.models.soft_contact import SoftTracker
 
 NO_CONTACT = ContactLaw(0.0, 0.0, 0.0, 0.0, 0.0)
 #: arrays of the beams that a run changes
@@ -73,7 +74,8 @@ class YarnModel(ExplicitModel):
     tracker: ContactTracker = field(init=False)
 
     def __post_init__(self) -> None:
-        self.tracker = ContactTracker(self.nodes, self.beams.alive, self.group, self.name_of)
+        tracker = ContactTracker if self.group.soft_law is None else SoftTracker
+        self.tracker = tracker(self.nodes, self.beams.alive, self.group, self.name_of)
         self.law = self.group.law if self.contact else NO_CONTACT
         self.axial_stiffness, self.shear_stiffness = _stiffness(self.parts, self.beams)
         self.node_load = np.zeros((self.n_nodes, 6))
@@ -83,6 +85,11 @@ class YarnModel(ExplicitModel):
         self.soft = self.contact and self.group.soft
         self.prestressed |= self.pressed
         self.flattens = self.group.shape.size > 0
+
+    @property
+    def shells(self) -> SoftTracker | None:
+        """Contact of yarns with a soft shell; None where yarns touch by the penalty or not at all."""
+        return self.tracker if self.contact and isinstance(self.tracker, SoftTracker) else None
 
     def prepare(self) -> Overlaps:
         """See :meth:`ContactTracker.settle`; overlaps that press are none that is free of force."""
@@ -103,9 +110,10 @@ class YarnModel(ExplicitModel):
 
     def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """See :meth:`ExplicitModel.step`."""
+        soft = (None, None) if self.shells is None else (self.shells.pairs, self.shells.law)
         arguments = (
             steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count, self.law,
-            self.law.spin, True if self.group.excess.size else None, self.images,
+            *soft, self.law.spin, True if self.group.excess.size else None, self.images,
             *self.kernel_drive(drive), tally, scratch,
         )  # fmt: skip
         if (threads := get_num_threads()) > 1:
@@ -118,6 +126,8 @@ class YarnModel(ExplicitModel):
         contact, penetration = monitor.contact_statistics(
             self.tracker.contacts, self.tracker.count, self.law, self.group.radius
         )
+        if self.shells is not None:
+            contact, penetration = self.shells.stored()
         found = self.beam_energies()
         internal = np.sum(list(found.values()), axis=0)
         contact += shape_energy(self.group.shape, self.beams, self.counted_beams(), self.group.owned)
@@ -145,11 +155,15 @@ class YarnModel(ExplicitModel):
 
     def contact_force_sum(self) -> float:
         """See :meth:`ExplicitModel.contact_force_sum`."""
+        if self.shells is not None:
+            return self.shells.force_sum()
         return float(np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0).sum())
 
     def largest_force(self) -> float:
         """See :meth:`ExplicitModel.largest_force`."""
         contact = np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0)
+        if self.shells is not None:
+            contact = np.linalg.norm(self.shells.pairs.force, axis=0)
         axial = monitor.axial_state(self.nodes, self.parts, self.beams)[1]
         return max(float(np.abs(axial).max(initial=0.0)), float(contact.max(initial=0.0)))
 
@@ -188,6 +202,8 @@ class YarnModel(ExplicitModel):
 
     def contact_forces(self) -> tuple[Array, Array, Index]:
         """See :meth:`ExplicitModel.contact_forces`."""
+        if self.shells is not None:
+            return self.shells.contact_forces()
         contacts, count = self.tracker.contacts, self.tracker.count
         touching = np.flatnonzero((contacts.force[:, :count] != 0.0).any(axis=0))
         piece, offset = contacts.piece[:, touching], contacts.offset[:, touching]
@@ -261,6 +277,8 @@ class YarnModel(ExplicitModel):
 
     def _piercing_fault(self) -> str:
         contacts, count = self.tracker.contacts, self.tracker.count
+        if self.shells is not None:
+            return self.shells.piercing_fault()
         if not monitor.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
             return ""
         share = np.linalg.norm(contacts.offset[:, :count], axis=0) / contacts.reach[:count]
@@ -272,10 +290,11 @@ class YarnModel(ExplicitModel):
         """Critical step [ms] of the node that its contacts load most, and its name; infinite where none touches."""
         if not self.contact:
             return super().stable_step()
-        i, bound = monitor.stiffest_node(
-            self.tracker.contacts, self.tracker.count, self.law, self.axial_stiffness, self.shear_stiffness, self.nodes,
-            self.node_load,
-        )  # fmt: skip
+        beams = self.axial_stiffness, self.shear_stiffness, self.nodes, self.node_load
+        if self.shells is not None:
+            i, bound = monitor.stiffest_soft_node(self.shells.pairs, self.shells.law, *beams)
+        else:
+            i, bound = monitor.stiffest_node(self.tracker.contacts, self.tracker.count, self.law, *beams)
         if i < 0 or bound <= 0.0:
             return np.inf, ""
         return 2.0 / float(bound) ** 0.5, f"contacts on node {i} of {self.name_of(i)}"

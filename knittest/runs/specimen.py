@@ -21,7 +21,7 @@ from knittest.laboratory.report_base import TESTS
 from knittest.laboratory.restart import DAMPING, KINETIC, LIMITS, SPEED, check_speed, with_speed
 from knittest.runs.checkpoints import Checkpoints, SpecimenKeeper
 from knittest.solve.compilation import load_kernels
-from knittest.solve.relaxed_cell import mesh_fault, with_loop_shortening
+from knittest.solve.relaxed_cell import mesh_fault, with_loop_shortening, with_rest_spacing
 from knittest.solve.state import SILENT, TESTING, Observer, SimulationCost, Snapshot, TooFastError
 
 #: fact of a specimen: loop shortening [%]
@@ -36,7 +36,7 @@ SERIAL_BELOW = 2000
 
 def prepare(run: Run, specimen: int = 0, observer: Observer = SILENT) -> PreparedSpecimen:
     """Build model and rig of specimen number ``specimen``; raises :class:`InputError` if its loops lock."""
-    drawn = with_loop_shortening(run, _axial_share(run))
+    drawn = with_loop_shortening(with_rest_spacing(run), _axial_share(run))
     prepared: PreparedSpecimen = TESTS[run.rig.kind].prepare(drawn, specimen, observer)
     stated = drawn.fabric.knitting.loop_shortening if run.model.scale == "meso" else None
     return prepared if stated is None else replace(prepared, facts=prepared.facts | {LOOP_SHORTENING: stated.value})

@@ -21,7 +21,8 @@ from knittest.base.history import InitialEquilibrium
 from knittest.base.progress import tell
 from knittest.config.base import Quantity
 from knittest.config.run import Run
-from knittest.fabric.relaxation import relaxed_cell
+from knittest.fabric.cell import CellSpec
+from knittest.fabric.relaxation import keep_cell, relaxed_cell, settled_cell
 from knittest.models.crossings import Crossings, initial_equilibrium
 from knittest.models.meso import build_meso_cell, lattice_of
 from knittest.models.natural_state import conformity_fault
@@ -263,6 +264,57 @@ def _largest_shortening(run: Run, at: Callable[[float], RelaxedCell], locked: fl
         middle = 0.5 * (low + locked)
         low, locked = (low, middle) if _locking_reason(run, at(middle)) else (middle, locked)
     return low
+
+
+# Relaxed fabric of soft yarns: the spacings of its loops follow from the yarn and its length in a loop.
+
+#: residual forces over those of contacts in equilibrium, most steps to it, and calls until then at most
+FREE_AT_REST, FREE_PATIENT, CALLS = 1e-4, 20_000, 6
+#: residual up to which the fabric is at rest nevertheless: slack loops creep
+FREE_RESTLESS = 1e-3
+
+
+def with_rest_spacing(run: Run) -> Run:
+    """``run`` with the spacings of wales and courses that loops of soft yarns take when nothing holds them.
+
+    The stated spacings only say where the relaxation starts. The fabric relaxes without friction, as one that was
+    worked or washed. Raises :class:`InputError` where no equilibrium is found.
+    """
+    if run.model.scale != "meso" or not run.fabric.is_soft:
+        return run
+    found = load_or_compute(run, {"free": [FREE_AT_REST, FREE_PATIENT, CALLS]}, lambda: _relax_freely(run))
+    fabric, (across, along) = run.fabric, CellSpec.of(run.fabric).repeat
+    spacing = {"warp_density": found["size"][0] / across, "weft_density": found["size"][1] / along}
+    densities = {
+        name: Quantity(value=100.0 / pitch, source="derived", ref="relaxed fabric") for name, pitch in spacing.items()
+    }
+    fabric = fabric.model_copy(update=densities)
+    keep_cell(settled_cell(fabric, [np.array(points) for points in found["points"]]))
+    return run.model_copy(update={"fabric": fabric})
+
+
+def _relax_freely(run: Run) -> Numbers:
+    """Size (2,) [mm] of the cell of ``run`` without mean stress, and the nodes of its yarns."""
+    none = Quantity(value=0.0, source="derived", ref="relaxed fabric")
+    contact = run.fabric.contact.model_copy(update={"friction_coefficient": none, "static_friction_coefficient": None})
+    smooth = run.model_copy(update={"fabric": run.fabric.model_copy(update={"contact": contact})})
+    model = build_meso_cell(smooth, relaxed_cell(run.fabric), 1, 1)
+    body = PeriodicBody(model, run.solver.safety, threads=1)
+    body.free("ax", "by")
+    for _ in range(CALLS):
+        found = body.settle(FREE_AT_REST, FREE_PATIENT)
+        if found.converged or found.residual < FREE_AT_REST**2:
+            break
+    if found.residual > FREE_RESTLESS:
+        raise InputError(
+            f"fabric.loop_length = {run.fabric.loop_length_mm:g} mm: no equilibrium of the free fabric is found "
+            f"(residual contact-force imbalance {100.0 * found.residual:.2g} %, limit {100.0 * FREE_RESTLESS:g} %); "
+            "change warp_density and weft_density, where the relaxation starts"
+        )
+    own = np.flatnonzero(model.owned)
+    yarns = np.split(own, np.flatnonzero(np.diff(model.group.chain[own])) + 1)
+    points = [model.position()[one].tolist() for one in yarns]
+    return {"size": np.abs(model.lattice.diagonal()).tolist(), "points": points}
 
 
 # Curl of fabric that nothing keeps flat: moment of the flat cell over its bending stiffness.

@@ -29,8 +29,10 @@ from knittest.models.yarn_model import YarnModel
 from knittest.solve.simulation import simulate
 from knittest.solve.state import Rig
 
-#: self-contact of shells, rigid tools, crossings that resist spin, elliptic sections, a periodic cell, several threads
-CONTACT, TOOLS, SPIN, OVAL, PERIODIC, THREADS = "contact", "tools", "spin", "oval", "periodic", "threads"
+#: self-contact of shells, rigid tools, crossings that resist spin, elliptic sections, yarns with a soft shell
+CONTACT, TOOLS, SPIN, OVAL, SOFT = "contact", "tools", "spin", "oval", "soft"
+#: a periodic cell, several threads
+PERIODIC, THREADS = "periodic", "threads"
 #: kernels that ``knittest warmup`` compiles, by scale; the first run with spin friction or elliptic sections compiles
 #: its own
 ALL = {
@@ -43,7 +45,8 @@ def kernels_of(run: Run, threads: int = 1) -> tuple[str, ...]:
     """Kernels that ``run`` needs on ``threads``, those of a cell that its fabric settles in first."""
     needed = _needed_features(run)
     names = [_kernels_name(run, needed)]
-    if run.model.scale == "meso" and run.fabric.knitting.starts_relaxed and PERIODIC not in needed:
+    settles = run.fabric.has_yarns and (run.fabric.knitting.starts_relaxed or run.fabric.is_soft)
+    if run.model.scale == "meso" and settles and PERIODIC not in needed:
         names.insert(0, _kernels_name(run, [n for n in needed if n != TOOLS] + [PERIODIC]))
     if threads > 1:
         names.append(_kernels_name(run, [*needed, THREADS]))
@@ -57,6 +60,7 @@ def _needed_features(run: Run) -> list[str]:
         TOOLS: kind.tools,
         SPIN: meso and contact is not None and contact.patch is not None,
         OVAL: meso and any(one.yarn.section is not None for one in run.fabric.inlays),
+        SOFT: meso and run.fabric.is_soft,
         PERIODIC: kind.periodic,
     }
     return [name for name, so in wanted.items() if so]
@@ -79,6 +83,8 @@ ELLIPSES = [
         "width_to_height.weft=1.5",
     )
 ]  # fmt: skip
+#: loops of yarns with a soft shell
+SOFT_SHELL = [f"fabric.knitting.soft_shell.{value}" for value in ("outer_diameter=1", "rigidity=0.001", "exponent=2")]
 #: pairs of yarn systems that cross
 CROSSINGS = ("inlay_inlay", "inlay_loop", "loop_loop")
 
@@ -150,6 +156,8 @@ def _small_run(kernels: str) -> Run:
     contact = ["model.macro.self_contact=true"] if has_feature(kernels, CONTACT) else []
     patches = [f"fabric.contact.patch.radius.{kind}=0.3" for kind in CROSSINGS] if has_feature(kernels, SPIN) else []
     ovals = ELLIPSES if has_feature(kernels, OVAL) else []
+    if has_feature(kernels, SOFT):
+        return resolve(variant="jersey", scale="meso", sets=SOFT_SHELL)
     scale: Scale = "meso" if has_feature(kernels, "meso") else "macro"
     return resolve(variant="1", scale=scale, sets=[*line, *contact, *patches, *ovals])
 
@@ -187,7 +195,11 @@ class _PullRig(Rig):
 def _crossing_yarns(run: Run) -> ExplicitModel:
     along = np.arange(-5.0, 5.01, 0.5)
     heights = [one.section_mm[1] for one in run.fabric.inlays]
-    zero, above = np.zeros_like(along), np.full_like(along, 0.5 * sum(heights))
+    zero, above = np.zeros_like(along), np.full_like(along, 0.5 * (sum(heights) or 0.5))
+    if not heights:
+        ways = (np.column_stack([zero, along, zero]), np.column_stack([along, zero, above]))
+        one = YarnDraws(np.full(1, 0.1), np.zeros(1), np.ones(1), np.full(1, 0.5))
+        return build_meso(run, [YarnPath("knit", 0, points) for points in ways], {"knit": one})
     paths = [
         YarnPath("warp", 0, np.column_stack([zero, along, zero])),
         YarnPath("weft", 0, np.column_stack([along, zero, above])),
@@ -200,8 +212,11 @@ def _crossing_yarns(run: Run) -> ExplicitModel:
 def _small_cell(run: Run) -> ExplicitModel:
     along, cards = np.arange(0.0, 8.0, 0.5), sections(run.fabric)
     zero = np.zeros_like(along)
-    above = zero + cards[0].radius + cards[1].radius
+    above = zero + sum(card.radius for card in cards[:2])
     ways = (np.column_stack([zero, along, zero]), np.column_stack([along, zero, above]))
+    if len(cards) == 1:
+        chains = [PeriodicChain(points, cards[0], 0, along=1 - k) for k, points in enumerate(ways)]
+        return build_periodic(chains, 8.0 * np.eye(2, 3), systems_of(run.fabric), yarn_contact(run))
     chains = [
         PeriodicChain(points, cards[part], part, normal=UPRIGHT, along=1 - part) for part, points in enumerate(ways)
     ]

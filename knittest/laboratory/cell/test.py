@@ -30,6 +30,9 @@ from knittest.solve.state import Observer, SimulationCost
 FEWEST_RELAXED, ROW_STRAIN = 100, 0.004
 #: least number of rows of a path along inlays alone
 FEWEST_ALONG_INLAYS = 40
+#: least number of rows and largest strain of yarns with a soft shell, which do not jump: where the fabric is free to
+#: contract, and on other paths, which lock early
+FEWEST_SOFT, SOFT_STRAIN, SOFT_STRAINS = 40, 0.03, 0.01
 #: residual [% of the contact forces] up to which a row is at rest, and share of rows that may be on their way: loops
 #: that jump from one state to the next have contacts without force
 LARGEST_RESIDUAL, FEW_ROWS = 5.0, 0.1
@@ -55,8 +58,7 @@ class CellTest(TestRig):
             path = CellPath(path.name, MOST_CLOSED * self.thickness, 1.0, path.at)
         self.path, self.progress = time_path(run, path)
         self.duration, self.most = self.path.duration, 1e-3 * run.rig.max_pressure
-        fewest = FEWEST_RELAXED if run.pulls_loops or run.rig.path not in TENSION_PATHS else FEWEST_ALONG_INLAYS
-        self.relaxed_rows = max(fewest, ceil(self.path.stretch / ROW_STRAIN)) if run.is_relaxed else 0
+        self.relaxed_rows = relaxed_rows(run, self.path) if run.is_relaxed else 0
         # slack loops, whose contacts bear hardly any force, resist bending by about this
         self.rest_force = run.fabric.knitting.bending_stiffness_n_mm2 / run.fabric.loop_length_mm**2
         self.bent, self.locks = run.rig.about, run.rig.path == "shear"
@@ -92,7 +94,7 @@ class CellTest(TestRig):
         nominal = pull[:6].reshape(2, 3).T @ self.model.reference / area
         pressure = 0.5 * float(readings.tool_force[1, 2] - readings.tool_force[0, 2]) / area if self.pressed else 0.0
         force = {"weft": float(nominal[0, 0]), "warp": float(nominal[1, 1])}
-        self.is_loaded = any(force[direction] >= self.max_force for direction in self.loaded)
+        self.is_loaded = any(abs(force[direction]) >= self.max_force for direction in self.loaded)
         return {
             "path_pct": 100.0 * s,
             self.path.name: self.path.shown * self.path.end * s,
@@ -112,6 +114,16 @@ class CellTest(TestRig):
     def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """End at the largest pressure or force, when a yarn is torn, or at the end of the run on its path."""
         return self.torn or self.is_loaded or self.has_arrived or (self.pressed and force >= self.most)
+
+
+def relaxed_rows(run: CellRun, path: CellPath) -> int:
+    """Number of rows at which the cell of ``run`` is relaxed on its ``path``."""
+    if run.fabric.is_soft:
+        contracts = run.rig.path in ("warp", "weft") and run.rig.transverse == "free"
+        strain = SOFT_STRAIN if contracts else SOFT_STRAINS
+        return max(FEWEST_SOFT, ceil(path.stretch / strain))
+    along_inlays = run.rig.path in TENSION_PATHS and not run.pulls_loops
+    return max(FEWEST_ALONG_INLAYS if along_inlays else FEWEST_RELAXED, ceil(path.stretch / ROW_STRAIN))
 
 
 #: share of the strain at fracture to which a path is recommended
@@ -165,7 +177,7 @@ def torn_message(run: CellRun, system: str, fracture: float, share: float) -> st
 
 
 def record_row(model: PeriodicModel) -> dict[str, float]:
-    """Elastic energies [mJ] by system and mechanism, crossings by kind, and thickness [mm]."""
+    """Elastic energies [mJ] by system and mechanism, crossings by kind, thickness [mm] and mean strains [%]."""
     names, energies = model.mesh.part_names, model.beam_energies()
     row = {f"{m}_{part}_mj": float(v[k]) for m, v in energies.items() for k, part in enumerate(names)}
     found = crossings(model)
@@ -177,7 +189,11 @@ def record_row(model: PeriodicModel) -> dict[str, float]:
                 f"{label}_largest_force_n": of.largest_force, f"{label}_angle_deg": of.angle,
             }  # fmt: skip
     low, high = surfaces(model, np.flatnonzero(model.owned))
-    return row | {"thickness_mm": high - low}
+    stretch = np.linalg.norm(model.lattice, axis=1) / np.linalg.norm(model.reference, axis=1)
+    return row | {
+        "thickness_mm": high - low, "weft_strain_pct": 100.0 * (stretch[0] - 1.0),
+        "warp_strain_pct": 100.0 * (stretch[1] - 1.0),
+    }  # fmt: skip
 
 
 class Cell(FabricTest[CellRun]):

@@ -30,6 +30,10 @@ class TensileRig(StripRig):
         le=300,
     )
     max_strain_fraction: ClassVar[Kernel[float]] = Kernel("max_strain")
+    max_force: float | None = number(
+        None, "N/mm", "strips without inlays along them: force per width at which the test ends; none: it does not",
+        gt=0, le=1000,
+    )  # fmt: skip
     stop_force_ratio: float = number(0.2, "1", "stop when the force has fallen to this share of its peak", ge=0, le=1)
 
 
@@ -67,7 +71,15 @@ class TensileRun(Run):
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Knits stretch by tens of per cent under small forces."""
-        return dict(KNIT[self.model.scale]) if self.pulls_loops else {}
+        if not self.pulls_loops:
+            return {}
+        return dict(KNIT[self.model.scale]) | (SOFT if self.fabric.is_soft else {})
+
+    @model_validator(mode="after")
+    def _force_is_of_loops(self) -> Self:
+        if self.rig.max_force is not None and not self.pulls_loops:
+            raise BoundsError("is for strips without inlays along them: remove it", "rig.max_force")
+        return self
 
 
 #: strain [%], speed [m/s] and damping [1/ms] of strips of loops without inlays, by scale
@@ -75,6 +87,8 @@ KNIT = {
     "meso": {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.5, ("solver", "damping"): 0.02},
     "macro": {("rig", "max_strain"): 40.0, ("solver", "speed"): 0.1, ("solver", "damping"): 0.005},
 }
+#: the same of yarns with a soft shell
+SOFT = {("rig", "max_strain"): 100.0}
 #: clamp distance of a meso strip [mm]; paper is that of the publication, which a macro model always has
 GAUGE = {"quick": 50.0, "standard": 100.0, "paper": 200.0}
 

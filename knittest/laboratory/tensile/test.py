@@ -47,6 +47,9 @@ class TensileTest(TestRig):
         self.max_strain = run.rig.max_strain_fraction
         self.stop_ratio = run.rig.stop_force_ratio
         self.duration = 0.5 * run.solver.ramp_ms + self.max_strain * self.gauge / self.speed
+        self.most = np.inf
+        if run.rig.max_force is not None:
+            self.most = run.rig.max_force * carrying_width(run, run.rig.direction)
 
     @property
     def faces(self) -> tuple[float, float]:
@@ -67,8 +70,8 @@ class TensileTest(TestRig):
         return {"displacement_mm": travel, "strain_pct": 100.0 * travel / self.gauge, **clamp_forces(readings)}
 
     def is_finished(self, force: float, peak: float, broken: bool) -> bool:
-        """End after a failure, when the force has fallen to a share of its peak."""
-        return broken and force < self.stop_ratio * peak
+        """End at the largest force, or after a failure when the force has fallen to a share of its peak."""
+        return force >= self.most or (broken and force < self.stop_ratio * peak)
 
 
 #: standard deviations above the mean fracture strain at which the last yarn breaks

@@ -166,6 +166,10 @@ def reached_share(test: FinishedTest) -> float:
     return 0.01 * float(read_columns(test.folder, "path_pct", "warp_n_per_mm")[0][-1])
 
 
+#: largest force of a table over that of its paths
+BEYOND_PATHS = 1.1
+
+
 def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, float]:
     """Table of the energy that fits ``paths`` of rising angle best, inside them, and the deviation of their forces.
 
@@ -187,6 +191,8 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, f
     known = _is_between(grid, corners)
     law, deviation = fit_energy(strain, np.vstack(forces), "paths of the cell")
     found[known] = sample_table(grid[known], law)[:, :2]
+    # the straight line between the ends of two paths may lie beyond the strains where loops lock
+    found[(np.abs(found) > BEYOND_PATHS * np.abs(np.vstack(forces)).max(axis=0)).any(axis=-1)] = np.nan
     found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
     ends = [_last_contraction(lines[i], np.moveaxis(found[..., 1 - i], i, 0)) for i in range(2)]
     return BiaxialTable(lines[0][: ends[0]], lines[1][: ends[1]], found[: ends[0], : ends[1]]), deviation
@@ -203,10 +209,12 @@ def _last_strain(ends: Array, direction: int) -> float:
 def _last_contraction(along: Array, cross: Array) -> int:
     """Number of strains ``along`` a direction up to which the paths reach the free contraction of strips: the ``cross``
     forces (n, m), those of the other direction, then include one that pushes, or hardly any.
+
+    Near zero strain, between the paths, the table may have too few rows to show it.
     """
     slack = SLACK * float(np.nanmax(np.abs(cross)))
     reached = (along <= 0.0) | (np.fmin.reduce(cross, axis=1) <= slack)
-    return len(along) if reached.all() else int(np.argmin(reached))
+    return 1 + int(np.flatnonzero(reached).max())
 
 
 def _is_between(grid: Array, corners: Array) -> NDArray[np.bool_]:

@@ -33,10 +33,10 @@ from knittest.studies.homogenise import card
 from knittest.studies.homogenise.card import Array, FinishedTest, tension_curve
 from knittest.studies.homogenise.plan import (
     ANGLE,
-    KNIT_ANGLES,
     PLANNED_TESTS,
     PlannedTest,
     Request,
+    angles_without_inlays,
     cell_run,
     coupled_tests,
 )
@@ -60,7 +60,6 @@ _tell_once = cache(tell)
 PATHS: Mapping[str, Sequence[PlannedTest]] = dict(
     zip(CARD, (PLANNED_TESTS[:2], PLANNED_TESTS[3:], PLANNED_TESTS[2:3]), strict=True)
 )
-COUPLED_PATHS = {**PATHS, "tension": coupled_tests(KNIT_ANGLES)[: len(KNIT_ANGLES)]}
 #: width [mm] of the strip whose yarns scatter, as in tensile tests
 STRIP = 50.0
 #: old name of each renamed field of the yarns, as in the digests of earlier versions
@@ -143,7 +142,9 @@ def paths_to_run(run: Run) -> list[Run]:
 
 
 def _paths_of(fabric: Fabric, parts: Iterable[str]) -> list[PlannedTest]:
-    paths = PATHS if fabric.has_inlays_both_ways else COUPLED_PATHS
+    paths, angles = dict(PATHS), angles_without_inlays(fabric)
+    if angles:
+        paths["tension"] = coupled_tests(angles)[: len(angles)]
     return [piece for part in parts for piece in paths[part]]
 
 

@@ -56,6 +56,8 @@ PATH_ANGLES, REPEATED = (-45.0, -22.5, 0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0
 REPEATED_SHARE = 0.9
 #: further paths of fabrics without inlays in a direction, which contract by more than they stretch
 KNIT_ANGLES = (-60.0, *PATH_ANGLES, 150.0)
+#: the same of yarns with a soft shell, which contract by half before they lock
+SOFT_ANGLES = tuple(sorted((*KNIT_ANGLES, -11.25, 101.25)))
 
 
 def coupled_tests(angles: Sequence[float]) -> tuple[PlannedTest, ...]:
@@ -83,14 +85,20 @@ class Request:
 
 def is_coupled(request: Request) -> bool:
     """Tell whether the card has one law of both directions, as fabrics without inlays in a direction need."""
-    return request.coupled or _lacks_inlays(request)
+    return request.coupled or bool(_knit_angles(request))
+
+
+def angles_without_inlays(fabric: Fabric) -> tuple[float, ...]:
+    """Angles [deg] of the paths of a ``fabric`` without inlays in one direction; none with inlays both ways."""
+    if fabric.has_inlays_both_ways:
+        return ()
+    return SOFT_ANGLES if fabric.is_soft else KNIT_ANGLES
 
 
 @cache
-def _lacks_inlays(request: Request) -> bool:
-    """Tell whether the fabric of ``request`` has no inlays in one direction."""
-    fabric = resolve_meso_run(request, "cell", None, []).fabric
-    return not fabric.has_inlays_both_ways
+def _knit_angles(request: Request) -> tuple[float, ...]:
+    """Angles of :func:`angles_without_inlays` of the fabric of ``request``."""
+    return angles_without_inlays(resolve_meso_run(request, "cell", None, []).fabric)
 
 
 def planned_tests(request: Request) -> tuple[PlannedTest, ...]:
@@ -102,7 +110,7 @@ def planned_tests(request: Request) -> tuple[PlannedTest, ...]:
             "the card has one law of both directions (--coupled, or a fabric without inlays in one direction), which "
             "needs paths of a cell: add --from cell"
         )
-    return coupled_tests(KNIT_ANGLES if _lacks_inlays(request) else PATH_ANGLES)
+    return coupled_tests(_knit_angles(request) or PATH_ANGLES)
 
 
 def meso_run(request: Request, piece: PlannedTest) -> Run:
@@ -207,6 +215,8 @@ KNIT_SCALE = 50.0
 #: largest stretch and contraction [%] of paths along a direction that no inlay limits, and force per width [N/mm] at
 #: which they end: loops have locked, and most of the force comes from stretched yarn
 KNIT_STRAIN, KNIT_CONTRACTION, KNIT_FORCE = 80.0, 60.0, 1.0
+#: the same strain and force of yarns with a soft shell
+SOFT_STRAIN, SOFT_FORCE = 240.0, 0.4
 #: way that yarns of a slack knit may slide, over their radius
 KNIT_SLIP = 10.0
 #: speed [m/s] of paths of both strains, their longest duration [ms], and highest speed
@@ -256,11 +266,12 @@ def _strained_cell_run(request: Request, angle: float, sets: Sequence[Setting]) 
         command_setting("rig.path", "steps"),
         command_setting("rig.steps", [tuple(float(round(v, 9)) for v in row) for row in steps]),
         command_setting("rig.at_fracture", "ends"),
-        command_setting("solver.speed", min(speed, HIGHEST_SPEED) if knit else speed),
     ]
+    if not run.fabric.is_soft:
+        settings.append(command_setting("solver.speed", min(speed, HIGHEST_SPEED) if knit else speed))
     if knit:  # most paths end early, by their force
         settings += [
-            command_setting("rig.max_force", KNIT_FORCE),
+            command_setting("rig.max_force", SOFT_FORCE if run.fabric.is_soft else KNIT_FORCE),
             command_setting("rig.max_slip", KNIT_SLIP),
         ]
     others = [setting for setting in sets if setting.path != ("rig", "max_strain")]
@@ -274,7 +285,8 @@ def _path_end(run: CellRun, angle: float, most: float) -> Array:
     inlay = np.array([inlay_strain(run.fabric, d) for d in DIRECTIONS])
     way = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))]) * np.minimum(inlay, most)
     knit = np.array([not run.fabric.inlays_along(d) for d in DIRECTIONS])
-    limit = np.where(knit, np.where(way > 0.0, KNIT_STRAIN, KNIT_CONTRACTION), inlay)
+    stretched = SOFT_STRAIN if run.fabric.is_soft else KNIT_STRAIN
+    limit = np.where(knit, np.where(way > 0.0, stretched, KNIT_CONTRACTION), inlay)
     return np.asarray(way * np.min(np.minimum(limit, most) / np.maximum(np.abs(way), 1e-9)))
 
 
