@@ -24,10 +24,30 @@ def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | 
     found = error.errors(include_url=False)
     bad_keys = {item["loc"][:-1] for item in found if item["loc"][-1:] == ("[key]",)}
     found = [item for item in found if item["loc"] not in bad_keys]  # a wrong key makes its value no second finding
+    found = _without_consequences(found)
     lines = [_finding_line(item, layers, kind) for item in found[:MOST_SHOWN]]
     if len(found) > MOST_SHOWN:
         lines.append(f"... and {len(found) - MOST_SHOWN} more")
     return InputError("\n".join(lines))
+
+
+#: fields of a fabric that follow from its yarns, unless another field of it is wrong
+FROM_YARNS = ("area_mass", "thickness")
+
+
+def _without_consequences(found: list[Any]) -> list[Any]:
+    """``found`` without fields that are only missing because they could not be derived from the yarns."""
+    wrong = [
+        item
+        for item in found
+        if not (item["type"] == "missing" and item["loc"][-1] in FROM_YARNS and _describes_yarns(item["input"]))
+    ]
+    return wrong or found
+
+
+def _describes_yarns(fabric: object) -> bool:
+    """Tell whether a ``fabric`` as a file states it names the fibre of its loops."""
+    return isinstance(fabric, Mapping) and isinstance(loop := fabric.get("knitting"), Mapping) and "fibre" in loop
 
 
 def unknown_name_text(name: str, names: list[str], kind: str = "field") -> str:

@@ -101,7 +101,8 @@ def _head(name: str, structure: str, path: Path, notes: list[str]) -> Iterator[s
     yield "# Fields that this file leaves out are derived from the yarns: area_mass, thickness, contact, macro and the"
     yield "# other numbers of the yarns. knittest schema fabric lists all fields. Use the file with"
     yield f"#   knittest fabric relax --variant {name}"
-    yield f"#   knittest {DEFAULT} --variant {name}"
+    yield f"#   knittest {DEFAULT} --variant {name} --preset quick"
+    yield "# Without inlays along the pull a strip of standard size takes up to an hour."
 
 
 def _body(data: Mapping[str, Any], model: type[BaseModel], level: int = 0) -> Iterator[str]:

@@ -186,7 +186,7 @@ def compile_missing(run: Run, phase: Callable[[str], None], threads: int = 1) ->
     missing, kept = missing_kernels(run, threads), CODE_FOLDER is not None
     if not missing:
         return False
-    once = "once per installation" if kept else "no cache"
+    once = "once for this kind of test" if kept else "no cache"
     phase(f"compiling the {run.model.scale} kernels ({once})")
     if kept:
         with compile_in_background(*missing):

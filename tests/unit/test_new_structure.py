@@ -83,3 +83,14 @@ def test_imported_numbers_replace_those_of_the_structure(tmp_path: Path, monkeyp
     own = resolve(fabric=path).fabric
     assert own.thickness.source == "measured" and own.macro.bending_stiffness.warp.value == 4.5
     assert own.stitches == ["kp"] and own.area_mass.source == "derived"
+
+
+def test_a_misspelt_field_makes_no_derived_field_missing(tmp_path):
+    """Area mass and thickness follow from the yarns of a file that is valid otherwise."""
+    text = structures()["weft-only"].read_text().replace("loop_length:", "loop_lenght:")
+    path = tmp_path / "mine.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError) as error:
+        resolve(fabric=path, scale="meso")
+    assert "loop_lenght" in str(error.value)
+    assert "area_mass" not in str(error.value) and "thickness" not in str(error.value)

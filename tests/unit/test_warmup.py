@@ -40,7 +40,7 @@ def _complete(kernels: str) -> None:
 
 
 def test_compilation_is_called_so_on_every_scale_and_processor(said, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert said() == ("compiling the macro kernels (once per installation)", ["macro"])
+    assert said() == ("compiling the macro kernels (once for this kind of test)", ["macro"])
     _complete("meso")
     assert said()[0].startswith("compiling")
     _complete("macro")

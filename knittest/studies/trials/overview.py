@@ -140,7 +140,7 @@ class Overview(OnDisplay[_LineDisplay]):
         head = f"{ended}{of}{self._total} runs ({counts}{known}), {duration(spent)}{eta}"
         running = []
         for label, share, start in self._running.values():
-            state = "compiling kernels, once per installation" if share is None else f"{100.0 * share:3.0f} %"
+            state = "compiling kernels, once for this kind of test" if share is None else f"{100.0 * share:3.0f} %"
             running.append(f"{state}  {duration(now - start)}  {label}")
         self._try_on_display(lambda display: display.draw(head, running, ended / max(self._total, 1)))
 
