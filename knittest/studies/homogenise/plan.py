@@ -57,7 +57,7 @@ REPEATED_SHARE = 0.9
 #: further paths of fabrics without inlays in a direction, which contract by more than they stretch
 KNIT_ANGLES = (-60.0, *PATH_ANGLES, 150.0)
 #: the same of yarns with a soft shell, which contract by half before they lock
-SOFT_ANGLES = tuple(sorted((*KNIT_ANGLES, -11.25, 101.25)))
+SOFT_ANGLES = tuple(sorted((*KNIT_ANGLES, -11.25, 101.25, 123.75)))
 
 
 def coupled_tests(angles: Sequence[float]) -> tuple[PlannedTest, ...]:
