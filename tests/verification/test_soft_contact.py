@@ -153,17 +153,23 @@ def test_the_pull_of_the_lattice_is_the_slope_of_the_energy() -> None:
 
 
 def test_yarns_pressed_into_their_cores_stay_stable_and_count_as_penetration() -> None:
-    model = crossing(0.66, np.pi / 2.0, step=0.3)
-    body = Body(model)
+    """The step of the start holds where cores touch, also in yarns so soft that beams do not limit it."""
+    s, height = np.arange(-3.0, 3.01, 0.3), SHELL.core + 0.5 * LEAST_SHARE * SHELL.depth
+    section = round_section(modulus=5.0, diameter=0.65, density=1e-3)
+    first, second = np.column_stack([s, 0.0 * s, 0.0 * s + height]), np.column_stack([0.0 * s, s, 0.0 * s])
+    model = build_chains([Chain(first, section), Chain(second, section)], ("yarn",), contact())
+    model.prepare()
+    assert model.critical_step <= model.stable_step()[0]
+    body, total = Body(model), []
     body.start()
     for _ in range(20):
         body.advance(0.05)
-    found = body.energies()
-    assert found["kinetic"] < 1.05 * (found["kinetic"] + found["contact"] + found["internal"])
+        found = body.energies()
+        total.append(found["kinetic"] + found["contact"] + found["internal"])
+    assert np.array(total) == pytest.approx(total[0], rel=0.05)
     deep = crossing(0.6, np.pi / 2.0)
-    assert deep.stored_energies().penetration.max() == pytest.approx(
-        (0.65 + LEAST_SHARE * 0.85 - 0.6) / 0.325, rel=1e-3
-    )
+    depth = (0.65 + LEAST_SHARE * 0.85 - 0.6) / 0.325
+    assert deep.stored_energies().penetration.max() == pytest.approx(depth, rel=1e-3)
     assert not crossing(0.9, np.pi / 2.0).stored_energies().penetration.any()
     assert "pass through each other" in crossing(0.1, np.pi / 2.0).invalid_state(1e-6)
 
