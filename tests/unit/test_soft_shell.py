@@ -41,7 +41,7 @@ def test_a_largest_force_is_for_strips_of_loops() -> None:
 
 def test_the_card_of_a_soft_knit_has_more_and_farther_paths() -> None:
     run = resolve(test="tensile", variant="acrylic-rib", scale="macro", direction="weft")
-    assert angles_without_inlays(run.fabric) == SOFT_ANGLES and len(SOFT_ANGLES) == len(KNIT_ANGLES) + 3
+    assert angles_without_inlays(run.fabric) == SOFT_ANGLES and len(SOFT_ANGLES) == len(KNIT_ANGLES) + 4
     assert angles_without_inlays(resolve(variant="jersey").fabric) == KNIT_ANGLES
     assert not angles_without_inlays(resolve(variant="1").fabric)
     steps = [path.rig.steps[-1] for path in paths_to_run(run) if path.rig.path == "steps"]
