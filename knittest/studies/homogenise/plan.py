@@ -56,8 +56,8 @@ PATH_ANGLES, REPEATED = (-45.0, -22.5, 0.0, 22.5, 45.0, 67.5, 90.0, 112.5, 135.0
 REPEATED_SHARE = 0.9
 #: further paths of fabrics without inlays in a direction, which contract by more than they stretch
 KNIT_ANGLES = (-60.0, *PATH_ANGLES, 150.0)
-#: the same of yarns with a soft shell, which contract by half before they lock; they are close about the free contraction
-#: of the weft
+#: the same of yarns with a soft shell, which contract by half before they lock; close about the free contraction of the
+#: weft
 SOFT_ANGLES = tuple(sorted((*KNIT_ANGLES, -11.25, 101.25, 118.0, 123.75)))
 
 
