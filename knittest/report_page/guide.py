@@ -23,7 +23,8 @@ GUIDE = {
     "strain (elongation by original length). The force rises until yarns break, then it falls. The mark with bars is "
     "the experiment: mean peak force and mean fracture strain, with one standard deviation. The paper publishes no "
     "whole curve.",
-    "differences": "All settings in which the two runs differ.",
+    "differences": "All settings in which the two runs differ. solver.safety is the share of the largest stable time "
+    "step that is used.",
     "run": "From here on, the page describes one run after the other. First: how the run ended.",
     "run-results": "Each row compares one number with the experiment. The deviation is given in standard deviations "
     "(sd) of the experiment: between -1 sd and +1 sd, the simulation lies within the scatter of the laboratory. The "
@@ -34,10 +35,16 @@ GUIDE = {
     "(quasi-static) if the kinetic energy stays far below the work that the clamps do. The energy error shows whether "
     "the sum of all energies equals this work: a large one means a wrong calculation.",
     "run-gates": "Each run has to pass these checks before knittest compares it with an experiment. A failed check "
-    "means that the numbers above cannot be trusted, however well they agree.",
+    "means that the numbers above cannot be trusted, however well they agree. Damping, contact damping and hourglass "
+    "are energies that only the calculation takes up. Penetration and overlap say how far yarns pass into each other. "
+    "Added mass allows longer time steps. Beyond the end of a law: share of elements that are strained further than "
+    "the input curve. Uncertain in time: how well the moment of the peak is known. The relaxed fabric is the meso "
+    "model before the clamps move: its thickness, and the tension and wrap of its loops, which press on each other. "
+    "Its accuracy follows from the forces that are not yet in balance. The energies list where the work of the clamps "
+    "goes, by yarn system and mechanism. The cost is computing time and number of time steps.",
     "run-studies": "Known effects of numerical settings, such as the speed of the clamps, on this test.",
     "run-parameters": "All inputs with their sources. Measured values come from the paper, assumed ones are guesses "
-    "that you may have to replace for your own fabric.",
+    "that you may have to replace for your own fabric. The preset sets the size of the elements, from quick to paper.",
     "run-repeat": "The command, the complete settings and the versions: anyone can repeat the run from them.",
 }
 #: title of the first section; the last one has the commands to try next
