@@ -94,12 +94,11 @@ def _verdict(knit: str, direction: str, stored: dict[str, Any], model: str) -> s
     curve = stored.get(knit, {}).get(direction, {}).get(model)
     if curve is None:
         return "not run"
-    if curve["rejected"]:
-        return "rejected by its quality checks"
     rows = deviations(measured(knit, direction), curve)
     known = [row.of_force for row in rows if row.of_force == row.of_force]
     span = f"{100.0 * min(known):+.0f} to {100.0 * max(known):+.0f} %" if known else "beyond the curve"
-    return f"{'agrees' if all(row.agrees for row in rows) else 'failed'}: {span}"
+    verdict = "agrees" if all(row.agrees for row in rows) else "failed"
+    return f"{'rejected by its quality checks' if curve['rejected'] else verdict}: {span}"
 
 
 def _fabrics(stored: dict[str, Any]) -> list[str]:
