@@ -70,6 +70,8 @@ COMMANDS: dict[str, Do] = {
     ),
     "knittest biaxial --variant 1 --scale macro --direction warp --ratio 0.5": Do(SHELLS),
     "knittest cell --variant 1 --path shear": Do("--preset quick --set rig.max_angle=10 --no-frames --out {out}"),
+    "knittest cell --variant acrylic-jersey --path weft --preset quick --set rig.max_strain=90 "
+    "--set rig.max_force=0.22": Do("--set rig.max_strain=12 --no-frames --out {out}"),
     "knittest cell --variant 1 --path steps.csv": Do(planned="tests/unit/test_cell_path.py reads such a file"),
     "knittest data import bias-*.csv --test bias-extension --gauge-length 230 --width 115 --out data/mine": Do(
         given={"data/mine": "data/pulled"}
