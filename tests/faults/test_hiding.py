@@ -1,6 +1,7 @@
 """Passwords and, if a user wants it so, the machine's name stay out of files and messages."""
 
 import json
+import re
 import socket
 import sys
 import types
@@ -95,7 +96,10 @@ def test_nothing_of_a_calibration_keeps_the_password(tmp_path, monkeypatch, caps
     folder = tmp_path / "runs" / "calibrate-c"
     files = [p for p in folder.rglob("*") if p.is_file()]
     assert {"calibration.yaml", "calibration.json"} <= {p.name for p in files}
-    assert [p.name for p in files if b"eim" in p.read_bytes()] == []
+    texts = {
+        p.name: re.sub(rb"base64,[A-Za-z0-9+/=]+", b"", p.read_bytes()) for p in files
+    }  # pictures have any letters
+    assert [name for name, text in texts.items() if b"eim" in text] == []
     assert "eim" not in said.out + said.err
     assert "postgresql://me:***@host/name" in (folder / "calibration.yaml").read_text()
 

@@ -84,7 +84,7 @@ def _images():
 def _lattice():
     cell = _cell()
     going = pose.PeriodicBody(cell).start()
-    last = (cell.tracker.contacts, cell.images, going.drive.tables, going.tally)
+    last = (cell.tracker.contacts, None, cell.images, going.drive.tables, going.tally)
     return periodic.pull_lattice, (0, 1e-3, cell.nodes, cell.beams, *last)
 
 

@@ -28,6 +28,7 @@ IN_KERNEL = {
     "kPa": (1e-3, "mpa"),
     "N": (1.0, "n"),
     "N/mm": (1.0, "n_per_mm"),
+    "N/mm3": (1.0, "n_per_mm3"),
     "N mm": (1.0, "n_mm"),
     "N mm2": (1.0, "n_mm2"),
     "yarn/100 mm": (1.0 / 100.0, "per_mm"),

@@ -104,7 +104,15 @@ def pulled(model: PeriodicModel, lattice: np.ndarray) -> np.ndarray:
     set_lattice(model, lattice)
     plain(read_tables)(drive.tables, 0.0, 0.0)
     plain(periodic.pull_lattice)(
-        model.tracker.count, DT, model.nodes, model.beams, model.tracker.contacts, model.images, drive.tables, tally
+        model.tracker.count,
+        DT,
+        model.nodes,
+        model.beams,
+        model.tracker.contacts,
+        None,
+        model.images,
+        drive.tables,
+        tally,
     )
     assert tally.reaction[0] == pytest.approx(model.images.pull)
     return model.images.pull.copy()
@@ -138,7 +146,15 @@ def test_the_power_on_a_lattice_is_its_work_and_free_numbers_follow_the_pull():
     set_lattice(model, lattice)
     plain(read_tables)(drive.tables, 0.0, 0.0)
     plain(periodic.pull_lattice)(
-        model.tracker.count, DT, model.nodes, model.beams, model.tracker.contacts, model.images, drive.tables, tally
+        model.tracker.count,
+        DT,
+        model.nodes,
+        model.beams,
+        model.tracker.contacts,
+        None,
+        model.images,
+        drive.tables,
+        tally,
     )
     pull, rate = model.images.pull, model.images.rate
     assert rate[0] == 0.5 and model.images.lattice[0] == pytest.approx(3.0 + 0.5 * DT, rel=1e-12)
@@ -301,7 +317,15 @@ def pulled_with(model: PeriodicModel, couple: float) -> np.ndarray:
     plain(read_tables)(drive.tables, 0.0, 0.0)
     model.images.table[:] = 0
     plain(periodic.pull_lattice)(
-        model.tracker.count, DT, model.nodes, model.beams, model.tracker.contacts, model.images, drive.tables, tally
+        model.tracker.count,
+        DT,
+        model.nodes,
+        model.beams,
+        model.tracker.contacts,
+        None,
+        model.images,
+        drive.tables,
+        tally,
     )
     return model.images.pull.copy()
 

@@ -64,7 +64,7 @@ def test_check_finds_what_is_stale_and_writes_nothing(generate, tmp_path, monkey
     assert generate.main() == 1 and not list(tmp_path.iterdir())
     assert "docs/reference-cli.md: not up to date" in capsys.readouterr().out
     monkeypatch.setattr(sys, "argv", ["generate.py"])
-    assert generate.main() == 0 and len(list(tmp_path.iterdir())) == 5
+    assert generate.main() == 0 and len(list(tmp_path.iterdir())) == 6
     monkeypatch.setattr(sys, "argv", ["generate.py", "--check"])
     assert generate.main() == 0
     (tmp_path / "reference-cli.md").write_text("old")

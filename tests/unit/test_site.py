@@ -62,7 +62,7 @@ def test_readme_counts_what_the_validation_counts():
     (predicted, tuned, given) = (
         re.search(rf"`{kind}`: (\d+ of \d+) rows pass", summary)[1] for kind in ("predicted", "tuned", "input")
     )
-    assert f"{predicted} predicted rows, {tuned} tuned and {given} inputs pass" in readme
+    assert f"{predicted} predicted results, {tuned} tuned ones and {given} inputs pass" in readme
 
 
 def test_the_version_is_the_same_everywhere():

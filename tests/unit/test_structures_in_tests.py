@@ -17,8 +17,8 @@ from knittest.laboratory.compaction.test import (
     PILING_SHARE,
     CompactionTest,
     largest_closing,
-    locking_warning,
     piled_height,
+    pressure_locking_warning,
 )
 from knittest.laboratory.forming.results import SIDES, draw_in
 from knittest.laboratory.forming.rig import count_swapped_crossings
@@ -202,7 +202,7 @@ def test_plates_close_to_the_piled_yarns_of_a_rib_slowly():
 
 def test_fabric_that_locks_says_at_which_pressure():
     run, _ = plates_on("rib")
-    assert "locks at 60 kPa" in locking_warning(run, 60.0)[0] and not locking_warning(run, 1000.0)
+    assert "locks at 60 kPa" in pressure_locking_warning(run, 60.0)[0] and not pressure_locking_warning(run, 1000.0)
 
 
 def test_late_contacts_of_pressed_soft_yarns_get_a_share_of_the_mean_depth():
