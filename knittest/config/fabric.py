@@ -374,9 +374,24 @@ class Fabric(Strict):
 
 
 def _check_shell(fabric: Fabric) -> None:
-    """Check that yarns with a soft shell form the loops of a fabric without inlays, which have no such law."""
-    if fabric.is_soft and fabric.inlays:
+    """Check that yarns with a soft shell form the loops of a fabric without inlays, without what their law has not."""
+    if not fabric.is_soft or fabric.knitting is None:
+        return
+    if fabric.inlays:
         raise BoundsError("is for fabrics without inlays: remove it, or the layers of inlays", "knitting.soft_shell")
+    if fabric.knitting.degree_of_set.value > 0.0:
+        raise BoundsError(
+            "must be 0 with soft_shell: the relaxed fabric follows from loops that are bent elastically",
+            "knitting.degree_of_set",
+        )
+    if fabric.knitting.starts_relaxed:
+        raise BoundsError(
+            "excludes loop_shortening, tension and loop_scatter: the relaxed fabric follows from loop_length",
+            "knitting.soft_shell",
+        )
+    for name in ("static_friction_coefficient", "compaction", "patch"):
+        if fabric.contact is not None and getattr(fabric.contact, name) is not None:
+            raise BoundsError("has no effect with knitting.soft_shell: remove it", f"contact.{name}")
 
 
 def _check_loop(fabric: Fabric) -> None:
@@ -435,7 +450,7 @@ def mass_and_thickness(fabric: Fabric) -> dict[str, dict[str, Any]]:
             yarn_area_mass(fabric) or 0.0, "g/m2", "densities x linear densities, and one loop per cell"
         ),
         "thickness": derived_entry(
-            inlays + 2.0 * fabric.knitting.beam_diameter.value,
+            inlays + 2.0 * fabric.knitting.loose_diameter_mm,
             "mm",
             "layers of inlays and two knitting yarns, as circles",
         ),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from knittest.base.arrays import Array, Index
-from knittest.base.errors import InputError
+from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import Overlaps
 from knittest.kernels import search
 from knittest.kernels.soft_contact import pair_statistics
@@ -115,6 +115,9 @@ class SoftTracker(ContactTracker):
 
         group, n = self.group, self.group.radius.size
         self._there[:] = self.nodes.position[:, :n]
+        if not np.isfinite(self._there).all():
+            i = int(np.argmin(np.isfinite(self._there).all(axis=0)))
+            raise NumericalError(f"the position of node {i} of {self.name_of(i)} is not finite")
         found = cKDTree(self._there.T).query_pairs(self.law.outer + self.skin, output_type="ndarray")
         first, second = found.min(axis=1), found.max(axis=1)
         alike = group.chain[first] == group.chain[second]

@@ -54,6 +54,7 @@ def run_specimen(run: Run, specimen: int = 0, observer: Observer = SILENT) -> Sp
     :class:`NumericalError`, whose ``partial`` is the specimen up to the error.
     """
     start = clock.perf_counter(), clock.process_time()
+    run = with_rest_spacing(run)
     lowered = LoweredSpeed(observer.speed_share())
     while True:
         try:

@@ -9,6 +9,7 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cache
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike
 from knittest.base.cache import Damaged, cache_folder, load_cached, save_cached
 from knittest.base.errors import InputError
 from knittest.base.history import InitialEquilibrium
+from knittest.base.kinds import kinds
 from knittest.base.progress import tell
 from knittest.config.base import Quantity
 from knittest.config.run import Run
@@ -272,6 +274,11 @@ def _largest_shortening(run: Run, at: Callable[[float], RelaxedCell], locked: fl
 FREE_AT_REST, FREE_PATIENT, CALLS = 1e-4, 20_000, 6
 #: residual up to which the fabric is at rest nevertheless: slack loops creep
 FREE_RESTLESS = 1e-3
+#: origin of relaxed spacings
+RELAXED = "relaxed fabric"
+#: length of beams over the diameter of the core that is refused, and one that is fine: straight yarns that cross press
+#: each other by the closed form within 10 % at 0.55
+COARSEST, FINE = 0.95, 0.5
 
 
 def with_rest_spacing(run: Run) -> Run:
@@ -280,17 +287,34 @@ def with_rest_spacing(run: Run) -> Run:
     The stated spacings only say where the relaxation starts. The fabric relaxes without friction, as one that was
     worked or washed. Raises :class:`InputError` where no equilibrium is found.
     """
-    if run.model.scale != "meso" or not run.fabric.is_soft:
+    if run.model.scale != "meso" or not run.fabric.is_soft or run.fabric.warp_density.ref == RELAXED:
         return run
+    _check_soft_run(run)
     found = load_or_compute(run, {"free": [FREE_AT_REST, FREE_PATIENT, CALLS]}, lambda: _relax_freely(run))
     fabric, (across, along) = run.fabric, CellSpec.of(run.fabric).repeat
     spacing = {"warp_density": found["size"][0] / across, "weft_density": found["size"][1] / along}
-    densities = {
-        name: Quantity(value=100.0 / pitch, source="derived", ref="relaxed fabric") for name, pitch in spacing.items()
-    }
+    densities = {name: Quantity(value=100.0 / pitch, source="derived", ref=RELAXED) for name, pitch in spacing.items()}
     fabric = fabric.model_copy(update=densities)
     keep_cell(settled_cell(fabric, [np.array(points) for points in found["points"]]))
     return run.model_copy(update={"fabric": fabric})
+
+
+def _check_soft_run(run: Run) -> None:
+    """Raise :class:`InputError` for tools, which see only the core of soft yarns, blind yarns and coarse beams."""
+    if kinds()[run.rig.kind].tools or getattr(run.rig, "path", "") == "compaction":
+        raise InputError(
+            "fabric.knitting.soft_shell: plates and tools of a meso test do not touch the shell; choose a test "
+            "without them"
+        )
+    if not run.model.meso.contact:
+        raise InputError("model.meso.contact = false: yarns with a soft shell need contact; set it to true")
+    loop, elements = run.fabric.loop_length_mm, run.model.meso.elements_per_loop
+    if loop / elements > COARSEST * run.fabric.knitting.beam_diameter_mm:
+        fine = ceil(loop / (FINE * run.fabric.knitting.beam_diameter_mm))
+        raise InputError(
+            f"model.meso.elements_per_loop = {elements}: beams of {loop / elements:.3g} mm are too long for a core of "
+            f"{run.fabric.knitting.beam_diameter_mm:.3g} mm; use at least {fine}"
+        )
 
 
 def _relax_freely(run: Run) -> Numbers:

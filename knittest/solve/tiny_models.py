@@ -84,7 +84,12 @@ ELLIPSES = [
     )
 ]  # fmt: skip
 #: loops of yarns with a soft shell
-SOFT_SHELL = [f"fabric.knitting.soft_shell.{value}" for value in ("outer_diameter=1", "rigidity=0.001", "exponent=2")]
+SOFT_SHELL = [
+    f"fabric.knitting.{value}"
+    for value in (
+        "soft_shell.outer_diameter=1", "soft_shell.rigidity=0.001", "soft_shell.exponent=2", "degree_of_set=0",
+    )
+]  # fmt: skip
 #: pairs of yarn systems that cross
 CROSSINGS = ("inlay_inlay", "inlay_loop", "loop_loop")
 

@@ -7,11 +7,16 @@ from docs.knits import Measured, deviations, measured
 from knittest.base.errors import InputError
 from knittest.base.files import structures
 from knittest.config.loading import resolve
+from knittest.fabric.relaxation import relaxed_cell
+from knittest.laboratory.base import PreparedSpecimen
+from knittest.models.meso import build_meso_cell
+from knittest.runs.deck.differences import deck_differences
+from knittest.solve.relaxed_cell import with_rest_spacing
 from knittest.studies.homogenise import card
 from knittest.studies.homogenise.derived_card import paths_to_run
 from knittest.studies.homogenise.plan import KNIT_ANGLES, SOFT_ANGLES, angles_without_inlays
 
-SHELL = ["outer_diameter=1.2", "rigidity=0.001", "exponent=2.4"]
+SHELL = ["soft_shell.outer_diameter=1.2", "soft_shell.rigidity=0.001", "soft_shell.exponent=2.4", "degree_of_set=0"]
 
 
 @pytest.mark.parametrize("knit", ["jersey", "garter", "rib", "seed"])
@@ -24,13 +29,41 @@ def test_the_shipped_knits_have_soft_yarns_and_are_no_structures_to_start_from(k
 
 
 def test_a_shell_is_for_loops_alone_and_wider_than_its_core() -> None:
-    sets = [f"fabric.knitting.soft_shell.{value}" for value in SHELL]
+    sets = [f"fabric.knitting.{value}" for value in SHELL]
     with pytest.raises(InputError, match="soft_shell: is for fabrics without inlays"):
         resolve(test="cell", variant="weft-only", scale="meso", sets=sets)
     assert resolve(test="cell", variant="jersey", scale="meso", sets=sets).fabric.is_soft
     narrow = ["fabric.knitting.soft_shell.outer_diameter=0.1", *sets[1:]]
     with pytest.raises(InputError, match="more than the diameter of the core"):
         resolve(test="cell", variant="jersey", scale="meso", sets=narrow)
+    for more, text in (
+        ("knitting.degree_of_set=0.9", "must be 0 with soft_shell"),
+        ("knitting.loop_shortening=1", "excludes loop_shortening, tension and loop_scatter"),
+        ("contact.static_friction_coefficient=0.4", "has no effect with knitting.soft_shell"),
+    ):
+        with pytest.raises(InputError, match=text):
+            resolve(test="cell", variant="jersey", scale="meso", sets=[*sets, f"fabric.{more}"])
+
+
+def test_soft_yarns_are_refused_where_their_contact_is_missing() -> None:
+    """Plates see the core alone; beams as long as the core miss the other yarn; blind yarns have no spacing."""
+    for test, sets, text in (
+        ("friction", [], "plates and tools of a meso test do not touch the shell"),
+        ("cell", ["rig.path=compaction"], "plates and tools"),
+        ("cell", ["model.meso.contact=false"], "need contact"),
+        ("cell", ["model.meso.elements_per_loop=16"], "use at least 35"),
+    ):
+        with pytest.raises(InputError, match=text):
+            with_rest_spacing(resolve(test=test, variant="acrylic-jersey", scale="meso", preset="quick", sets=sets))
+    whole = resolve(test="cell", variant="jersey", scale="meso")
+    assert with_rest_spacing(whole) is whole
+
+
+def test_a_deck_of_soft_yarns_is_refused() -> None:
+    run = resolve(test="cell", variant="acrylic-jersey", scale="meso", preset="quick")
+    model = build_meso_cell(run, relaxed_cell(run.fabric))
+    with pytest.raises(InputError, match="a deck cannot hold this contact"):
+        deck_differences(run, PreparedSpecimen(model, None))
 
 
 def test_a_largest_force_is_for_strips_of_loops() -> None:

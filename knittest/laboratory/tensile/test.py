@@ -39,7 +39,7 @@ class TensileTest(TestRig):
 
     coordinate, force = "strain_pct", "force_n"
 
-    def __init__(self, run: TensileRun, axis: int, gauge: float, middle: float) -> None:
+    def __init__(self, run: TensileRun, axis: int, gauge: float, middle: float, width: float) -> None:
         self.axis, self.gauge, self.middle = axis, gauge, middle
         self.ring_length = self.gauge
         self.speed = run.solver.speed_mm_per_ms
@@ -49,7 +49,7 @@ class TensileTest(TestRig):
         self.duration = 0.5 * run.solver.ramp_ms + self.max_strain * self.gauge / self.speed
         self.most = np.inf
         if run.rig.max_force is not None:
-            self.most = run.rig.max_force * carrying_width(run, run.rig.direction)
+            self.most = run.rig.max_force * width
 
     @property
     def faces(self) -> tuple[float, float]:
@@ -180,7 +180,7 @@ class Tensile(FabricTest[TensileRun]):
         )  # fmt: skip
         contact = self_contact(run.fabric, macro, run.solver.safety)
         model = build_strip(run.fabric, fabric_laminate(run), rig.direction, shape, contact)
-        mount = TensileTest(run, pull_axis(run), gauge, middle=0.0)
+        mount = TensileTest(run, pull_axis(run), gauge, 0.0, rig.width_mm)
         return PreparedSpecimen(model, mount, facts=_facts(run, specimen, mount, gauge + 2.0 * rig.jaw_length_mm))
 
     def mount_yarns(self, run: TensileRun, specimen: int, observer: Observer) -> PreparedSpecimen:
@@ -190,7 +190,8 @@ class Tensile(FabricTest[TensileRun]):
         whole = along + 2 * JAW_PITCHES
         counts = wale_course_counts(direction, whole, yarns_across(run, direction, specimen))
         piece = cut_piece(run, *counts, specimen, observer, (direction, (JAW_PITCHES + 0.5) / whole))
-        mount = TensileTest(run, pull_axis(run), along * period, 0.5 * whole * period)
+        width = carrying_width(run, direction, specimen)
+        mount = TensileTest(run, pull_axis(run), along * period, 0.5 * whole * period, width)
         facts = _facts(run, specimen, mount, whole * period)
         return PreparedSpecimen(build_meso(run, piece.paths, piece.draws), mount, yarns=piece.table, facts=facts)
 

@@ -4,6 +4,7 @@ from typing import Literal
 
 import numpy as np
 
+from knittest.base.errors import InputError
 from knittest.config.run import Run
 from knittest.kernels.shell_state import Laminate
 from knittest.laboratory.base import PreparedSpecimen
@@ -42,6 +43,8 @@ def deck_differences(run: Run, prepared: PreparedSpecimen, solver: Solver = "ls-
     """Differences between the model of ``run`` and its deck for ``solver``, with their numbers."""
     model = prepared.model
     if isinstance(model, YarnModel):
+        if model.shells is not None:
+            raise InputError("fabric.knitting.soft_shell: a deck cannot hold this contact; use --scale macro")
         found = _yarn_differences(run, model, solver)
     else:
         assert isinstance(model, FabricModel)
