@@ -182,6 +182,11 @@ class Run(Strict):
         """Tell whether the test pulls a direction without inlays, in which loops carry the force of a meso model."""
         return False
 
+    @property
+    def uses_tools(self) -> bool:
+        """Tell whether plates or other rigid tools press the specimen."""
+        return kinds()[self.rig.kind].tools
+
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Fields of rig and solver with values that suit the structure of the fabric, where the user states none."""
         return dict(self.soft_sheet) if self.model.scale == "macro" and self.fabric.has_soft_law else {}

@@ -19,7 +19,6 @@ from numpy.typing import ArrayLike
 from knittest.base.cache import Damaged, cache_folder, load_cached, save_cached
 from knittest.base.errors import InputError
 from knittest.base.history import InitialEquilibrium
-from knittest.base.kinds import kinds
 from knittest.base.progress import tell
 from knittest.config.base import Quantity
 from knittest.config.run import Run
@@ -301,7 +300,7 @@ def with_rest_spacing(run: Run) -> Run:
 
 def _check_soft_run(run: Run) -> None:
     """Raise :class:`InputError` for tools, which see only the core of soft yarns, blind yarns and coarse beams."""
-    if kinds()[run.rig.kind].tools or getattr(run.rig, "path", "") == "compaction":
+    if run.uses_tools:
         raise InputError(
             "fabric.knitting.soft_shell: plates and tools of a meso test do not touch the shell; choose a test "
             "without them"

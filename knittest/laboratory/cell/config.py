@@ -188,6 +188,11 @@ class CellRun(Run):
         return any(not self.fabric.inlays_along(direction) for direction in PULLED.get(self.rig.path, ()))
 
     @property
+    def uses_tools(self) -> bool:
+        """See :class:`Run`."""
+        return self.rig.path == "compaction"
+
+    @property
     def is_relaxed(self) -> bool:
         """Tell whether the cell is relaxed at each row: loops without inlays in a direction are so soft that otherwise
         inertia and damping decide.
