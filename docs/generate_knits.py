@@ -4,7 +4,7 @@ from typing import Any
 
 from docs import knits
 from docs.generate_config import table
-from docs.knits import DEVIATION, DEVIATIONS, JUDGED, KNITS, LABELS, MODELS, deviations, measured
+from docs.knits import COMPARED_AT, DEVIATION, DEVIATIONS, KNITS, LABELS, MODELS, deviations, measured
 from knittest.config.loading import resolve
 
 INTRO = f"""
@@ -29,8 +29,8 @@ beside each curve:
 - **Specimen between clamps**: a strip of the measured width and length. It is a macro model with a law of two strains
   that is derived from paths of the cell.
 
-A curve agrees where at each of {", ".join(f"{at:g}" for at in JUDGED)} N/mm the force at equal strain deviates by at
-most {100.0 * DEVIATION:g} %, or the strain by at most {DEVIATIONS:g} standard deviations of the repeats.
+A curve agrees where at each of {", ".join(f"{at:g}" for at in COMPARED_AT)} N/mm the force at equal strain deviates by
+at most {100.0 * DEVIATION:g} %, or the strain by at most {DEVIATIONS:g} standard deviations of the repeats.
 
 ## Inputs
 
@@ -77,17 +77,17 @@ def knits_page() -> str:
 
 
 def _result(stored: dict[str, Any]) -> list[str]:
-    rows, agree, judged = [], dict.fromkeys(MODELS, 0), dict.fromkeys(MODELS, 0)
+    rows, agree, compared = [], dict.fromkeys(MODELS, 0), dict.fromkeys(MODELS, 0)
     for knit in KNITS:
         for direction in ("weft", "warp"):
             cells = []
             for model in MODELS:
                 cells.append(_verdict(knit, direction, stored, model))
-                judged[model] += cells[-1] != "not run"
+                compared[model] += cells[-1] != "not run"
                 agree[model] += cells[-1].startswith("agrees")
             rows.append([knit, direction, *cells])
-    total = ", ".join(f"{LABELS[m]}: {agree[m]} of {judged[m]} agree" for m in MODELS if judged[m])
-    text = "Range of the deviation of the force at equal strain, at the judged forces that both curves reach."
+    total = ", ".join(f"{LABELS[m]}: {agree[m]} of {compared[m]} agree" for m in MODELS if compared[m])
+    text = "Range of the deviation of the force at equal strain, at the compared forces that both curves reach."
     return [text, table(("fabric", "along", *(LABELS[model] for model in MODELS)), rows), f"{total}."]
 
 
@@ -118,7 +118,7 @@ def _fabrics(stored: dict[str, Any]) -> list[str]:
         rows = []
         for direction in ("weft", "warp"):
             found, curves = measured(knit, direction), stored.get(knit, {}).get(direction, {})
-            for k, at in enumerate(JUDGED):
+            for k, at in enumerate(COMPARED_AT):
                 one = int(abs(found.force - at).argmin())
                 strains = [
                     f"{deviations(found, curves[model])[k].simulated:.3f}".replace("nan", "-")

@@ -31,8 +31,8 @@ STRAINS, MOST = (
     {("rib", "weft"): 230.0, ("garter", "warp"): 160.0, ("seed", "weft"): 160.0, ("seed", "warp"): 160.0},
     90.0,
 )
-#: force per width [N/mm] at which cells and specimens end, and forces at which curves are judged
-FORCE, JUDGED = 0.22, (0.05, 0.1, 0.15, 0.2)
+#: force per width [N/mm] at which cells and specimens end, and forces at which curves are compared
+FORCE, COMPARED_AT = 0.22, (0.05, 0.1, 0.15, 0.2)
 #: deviation of the force at equal strain [-], or of the strain in standard deviations, up to which a point agrees
 DEVIATION, DEVIATIONS = 0.15, 2.0
 #: models of a curve: cell free to contract, cell of constant width, specimen between clamps
@@ -120,11 +120,11 @@ class Deviation(NamedTuple):
 
 
 def deviations(found: Measured, curve: dict[str, Any]) -> list[Deviation]:
-    """Compare a stored curve with the measured one at :data:`JUDGED` forces; nothing is extrapolated."""
+    """Compare a stored curve with the measured one at :data:`COMPARED_AT` forces; nothing is extrapolated."""
     points = np.array([[row[0], row[1]] for row in curve["points"]])
     strain, force = points[:, 0], np.maximum.accumulate(points[:, 1])
     rows = []
-    for at in JUDGED:
+    for at in COMPARED_AT:
         k = int(np.argmin(np.abs(found.force - at)))
         wanted, spread = float(found.strain[k]), float(found.deviation[k])
         simulated = float(np.interp(at, force, strain, right=np.nan))

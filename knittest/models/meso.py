@@ -123,7 +123,7 @@ def _loop_shortening(run: Run, path: YarnPath, rows: int, loop: Array | None) ->
     ``loop`` (rows,) are the drawn lengths of the courses' loops over their mean [-], None where all are alike.
     """
     if run.fabric.is_soft:  # pairs of nodes touch, so the polygon has the length of the loops
-        return np.full(len(path.points) - 1, 1.0 - stretch(run, path.uncut_path))
+        return np.full(len(path.points) - 1, _cell_shortening(run, path.uncut_path))
     own = 1.0 if path.system != KNIT or loop is None else float(loop[path.index])
     drawn = 1.0 - (1.0 - (run.fabric.knitting.loop_shortening_fraction or 0.0)) * own
     return np.where(_held_elements(run, path, rows), drawn, 0.0)

@@ -112,8 +112,8 @@ class CellRig(Rig):
         "refused, or ends",
     )  # fmt: skip
     max_force: float | None = number(
-        None, "N/mm", "warp, weft, biaxial, steps: force per width along a direction without inlays at which the path "
-        "ends; none: it does not", gt=0, le=1000,
+        None, "N/mm", "warp, weft, biaxial, steps: force per width, pull or push, along a direction without inlays at "
+        "which the path ends; none: it does not", gt=0, le=1000,
     )  # fmt: skip
     bent_yarns: Literal["warp", "weft"] = Field("warp", description="bending: the yarns that are bent")
     max_curvature: float = number(0.05, "1/mm", "bending: largest mean curvature, hollow on the face", gt=0, le=0.3)

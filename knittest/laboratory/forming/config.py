@@ -68,10 +68,10 @@ class FormingRun(Run):
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
         """Blanks whose loops carry a direction are formed slowly."""
+        slowly = not self.fabric.has_inlays_both_ways
         if self.model.scale == "macro":
-            held = self.rig.blank_holder_force > 0.0
-            return dict(SOFT_HELD) if held and self.fabric.has_soft_law else {}
-        return {} if self.fabric.has_inlays_both_ways else dict(LOOPS)
+            slowly = self.fabric.has_soft_law and self.rig.blank_holder_force > 0.0
+        return dict(LOOPS) if slowly else {}
 
     def with_derived_numbers(self) -> Self:
         """Return the run with in-plane bending of its inlays, or without if ``rig`` turns it off."""
@@ -81,10 +81,9 @@ class FormingRun(Run):
         return self.model_copy(update={"fabric": settle(self.fabric)})
 
 
-#: speed [m/s] and damping [1/ms] of blanks without inlays in one direction: the stamp does little work on them
+#: speed [m/s] and damping [1/ms] of blanks without inlays in one direction: the stamp does little work on them;
+#: of shells with a law of two strains under a holder
 LOOPS = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02}
-#: the same of shells with a law of two strains under a holder
-SOFT_HELD = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02}
 #: side of a shell of the blank [mm], and speed of the stamp on yarns [m/s]
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
