@@ -15,9 +15,11 @@ from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.friction.config import FrictionRun, size_texts
 from knittest.laboratory.friction.rig import PRESSED, SETTLE_SOFT, SOFT_DRAG, FrictionTest
-from knittest.laboratory.friction.test import Friction
+from knittest.laboratory.friction.test import Friction, static_force
+from knittest.laboratory.restart import KINETIC
 from knittest.models.boundary import Boundary
 from knittest.runs.specimen import prepare
+from knittest.solve.state import TooFastError
 
 
 @pytest.mark.parametrize("variant", ["1", "2"])
@@ -97,27 +99,56 @@ def test_a_strip_that_does_not_slide_steadily_is_no_friction_test(
     history: Any = SimpleNamespace(
         curve={"displacement_mm": moved, "pull_force_n": np.where(moved > 7.5, pull + rise, pull)}
     )
-    nothing: Any = None
-    quality = Friction().assess(run, nothing, history, nothing)
+    specimen: Any = SimpleNamespace(restarts=())
+    quality = Friction().assess(run, specimen, history, specimen)
     assert len(quality.failures) == bool(message)
     if message:
         assert quality.failures[0].startswith(message)
         assert "rig.normal_force" in quality.failures[0] and "rig.travel" in quality.failures[0]
 
 
-@pytest.mark.parametrize(("fast", "expected"), [(True, 0), (False, 1)])
-def test_a_normal_force_off_in_a_run_that_is_too_fast_waits_for_the_lower_speed(
-    fast: bool, expected: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize(
+    ("error", "others", "restarts", "expected"),
+    [
+        (0.9, (), (KINETIC,), ()),
+        (2.0, (), (), ("normal force deviates by 2.0 % during the pull (limit 1 %)",)),
+        (2.0, ("damping",), (KINETIC,), ("damping",)),
+    ],
+)
+def test_the_normal_force_is_checked_where_no_other_check_fails(
+    error: float, others: tuple[str, ...], restarts: tuple[str, ...], expected: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    assert assess_normal_force(error, others, restarts, monkeypatch).failures == expected
+
+
+def test_a_normal_force_that_rings_lowers_the_speed(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(TooFastError, match=r"normal force deviates by 2.0 % during the pull") as found:
+        assess_normal_force(2.0, (), (KINETIC,), monkeypatch)
+    assert found.value.share == pytest.approx(0.25), "half of the limit"
+
+
+def assess_normal_force(
+    error: float, others: tuple[str, ...], restarts: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> Quality:
     found = {
-        "pull_force_kinetic_n": 90.0, "normal_force_error_pct": 8.9, "penetration_over_deformation_pct": 1.0
+        "pull_force_kinetic_n": 90.0, "normal_force_error_pct": error, "penetration_over_deformation_pct": 1.0
     }  # fmt: skip
-    monkeypatch.setattr(FabricTest, "assess", lambda *_: Quality(0.3, 0.0, 0.0, 0.0, 0.0, not fast, ()))
+    monkeypatch.setattr(FabricTest, "assess", lambda *_: Quality(0.0, 0.0, 0.0, 0.0, 0.0, True, others))
     monkeypatch.setattr(Friction, "results", lambda *_: found)
     run: Any = resolve(test="friction", variant="1", scale="meso", preset="quick")
     history: Any = SimpleNamespace(curve={"displacement_mm": np.linspace(0.0, 10.0, 101), "pull_force_n": np.ones(101)})
-    nothing: Any = None
-    assert len(Friction().assess(run, nothing, history, nothing).failures) == expected
+    specimen: Any = SimpleNamespace(restarts=restarts)
+    return Friction().assess(run, specimen, history, specimen)
+
+
+@pytest.mark.parametrize(("rows", "expected"), [(1000, 5), (5000, 10)])
+def test_forces_are_means_of_a_share_of_the_test(rows: int, expected: int) -> None:
+    """A peak of one row counts by one over the rows of the mean."""
+    moved = np.linspace(0.0, 10.0, rows)
+    force = np.where(np.arange(rows) == rows // 4, 1.0, 0.0)
+    largest, _ = static_force({"displacement_mm": moved, "pull_force_n": force, "time_ms": moved})
+    assert largest == pytest.approx(1.0 / expected)
 
 
 def run_of(variant: str, direction: str, *sets: str) -> FrictionRun:
