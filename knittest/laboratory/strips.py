@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import ceil, floor
+from math import ceil, floor, lcm
 from typing import Any
 
 import numpy as np
@@ -35,17 +35,33 @@ class YarnStrip:
     table: dict[str, np.ndarray]
 
 
+def pattern_repeat(fabric: Fabric, direction: str) -> int:
+    """Wales (warp) or courses (weft) after which the inlays of ``direction`` repeat: 1 where each has one or none."""
+    return lcm(*(1 if all(one.pattern) else len(one.pattern) for one in fabric.inlays_along(direction)))
+
+
+def whole_repeats(fabric: Fabric, direction: str, length: float) -> int:
+    """Wales (warp) or courses (weft) of a piece of about ``length`` [mm], two at least, in whole repeats of the inlays.
+
+    So the piece has the inlay density of the fabric.
+    """
+    repeat = pattern_repeat(fabric, direction)
+    spacing = fabric.wale_spacing if direction == "warp" else fabric.course_spacing
+    return max(round(length / (repeat * spacing)) * repeat, repeat, 2)
+
+
 def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
-    """Whole wales (warp) or courses (weft) in the width of a strip along ``direction``.
+    """Whole wales (warp) or courses (weft) in the width of a strip along ``direction``, in whole repeats of its inlays.
 
     A fraction is rounded down or up, alternately in an ensemble.
     """
     assert isinstance(run.rig, StripRig)
-    exact = run.rig.width_mm * run.fabric.density_per_mm.of(direction)
+    repeat = pattern_repeat(run.fabric, direction)
+    exact = run.rig.width_mm * run.fabric.density_per_mm.of(direction) / repeat
     if abs(exact - round(exact)) < 0.25:
-        return max(round(exact), 1)
+        return max(round(exact), 1) * repeat
     up = (run.rig.yarn_rounding == "up") != (run.variability.specimens > 1 and specimen % 2 == 1)
-    return max(ceil(exact) if up else floor(exact), 1)
+    return max(ceil(exact) if up else floor(exact), 1) * repeat
 
 
 def inlays_across(run: Run, direction: Direction, specimen: int = 0) -> int:
@@ -54,13 +70,11 @@ def inlays_across(run: Run, direction: Direction, specimen: int = 0) -> int:
     return sum(one.count(pitches) for one in run.fabric.inlays_along(direction))
 
 
-def carrying_width(run: Run, direction: Direction, specimen: int = 0) -> float:
-    """Width [mm] that carries the force of a strip: its own (macro), or that of its inlays or else its loops (meso)."""
+def modelled_width(run: Run, direction: Direction, specimen: int = 0) -> float:
+    """Width [mm] of a strip: its own (macro), or that of its whole wales or courses (meso)."""
     assert isinstance(run.rig, StripRig)
     if run.model.scale == "macro":
         return run.rig.width_mm
-    if inlays := inlays_across(run, direction, specimen):
-        return inlays / run.fabric.inlay_density_per_mm(direction)
     return yarns_across(run, direction, specimen) / run.fabric.density_per_mm.of(direction)
 
 

@@ -260,3 +260,20 @@ def test_a_sheared_cell_of_loops_ends_earlier_where_it_fails(knit, monkeypatch):
     run = resolve(variant="soft", scale="macro", preset="quick", test="picture-frame")
     (done,) = complete_cards([run], quiet=True)
     assert ends == [60.0, 42.5] and done.rig.max_angle < 42.5
+
+
+@pytest.mark.parametrize(("glass", "carbon", "weaker"), [(0.3, 0.0, False), (0.0, 0.1, True)])
+def test_the_layer_that_fails_first_scatters_the_strength(glass, carbon, weaker):
+    """Carbon of 0.975 % fails first and carries 98 % of the force; glass of 2.6 % is far from its strength."""
+    fibres = (("E-glass", 50, 2.6, glass), ("carbon HT", 800, 0.975, carbon))
+    yarns = [
+        f"{{fibre: {fibre}, linear_density: {tex}, fracture_strain: {{value: {strain}, sd: {sd}, source: assumed}}}}"
+        for fibre, tex, strain, sd in fibres
+    ]
+    layers = ", ".join(f"{{direction: warp, yarn: {yarn}}}" for yarn in yarns)
+    layers = f"fabric.layers=[{layers}, {{direction: weft}}]"
+    fabric = resolve(variant="two-yarns", test="tensile", scale="meso", direction="warp", sets=[layers]).fabric
+    strain = np.linspace(0.0, 100.0 * fabric.straight_failure_strain("warp"), 100)
+    _, held = derived_card._scattered_tension(fabric, "warp", strain, 30.0 * strain)
+    share = held.max() / (30.0 * strain[-1])
+    assert share == pytest.approx(1.0, abs=1e-9) if not weaker else 0.7 < share < 0.95

@@ -14,7 +14,7 @@ from knittest.laboratory.cantilever import meso_strip
 from knittest.laboratory.cantilever.test import Cantilever
 from knittest.laboratory.forming.test import Forming
 from knittest.laboratory.quality_checks import _lasting_overlap, _recovery_rows
-from knittest.laboratory.strips import carrying_width, inlays_across
+from knittest.laboratory.strips import inlays_across, modelled_width, whole_repeats, yarns_across
 from knittest.laboratory.tensile.test import knit_results
 from knittest.models.contact_tracker import PORTION, SMALL_PORTION, ContactTracker
 from knittest.runs.run_files import compare_run, references_of
@@ -98,19 +98,50 @@ def test_a_strain_that_the_fabric_file_states_stands(tmp_path):
     assert resolve(fabric=path, test="tensile", scale="meso", direction="warp").rig.max_strain == 90.0
 
 
-@pytest.mark.parametrize(("variant", "wales", "inlays"), [("1", 13, 13), ("warp-every-second-wale", 13, 7)])
-def test_the_width_of_a_strip_is_that_of_its_inlays(variant, wales, inlays):
-    """Seven inlays in thirteen wales carry as fourteen wales do."""
-    run = strip_of(variant, f"rig.width={wales / 0.28}")
+@pytest.mark.parametrize(
+    ("variant", "asked", "wales", "inlays"),
+    [
+        ("1", 13, 13, 13),
+        ("warp-every-second-wale", 13.6, 14, 7),  # 6.8 repeats
+        ("warp-every-second-wale", 12.4, 12, 6),  # 6.2 repeats
+        ("warp-every-second-wale", 1.5, 2, 1),
+    ],
+)
+def test_a_strip_has_whole_repeats_of_its_inlays(variant, asked, wales, inlays):
+    """Thirteen wales with seven inlays would carry and bend as fourteen do, on the width of thirteen."""
+    run = strip_of(variant, f"rig.width={asked / 0.28}")
+    assert yarns_across(run, "warp") == wales
     assert inlays_across(run, "warp") == inlays
-    share = run.fabric.inlays_along("warp")[0].share
-    assert carrying_width(run, "warp") == pytest.approx(inlays / (0.28 * share))
+    assert modelled_width(run, "warp") == pytest.approx(wales / 0.28)
+    assert inlays / modelled_width(run, "warp") == pytest.approx(run.fabric.inlay_density_per_mm("warp"))
+
+
+def test_a_rare_inlay_is_in_the_strip(tmp_path):
+    """Seven wales of a repeat of eight would hold none, so that loops alone would carry."""
+    path = file_with_pattern(tmp_path, ".......x")
+    run = resolve(fabric=path, test="tensile", scale="meso", preset="quick", direction="warp", sets=["rig.width=25"])
+    assert (yarns_across(run, "warp"), inlays_across(run, "warp")) == (8, 1)
+
+
+@pytest.mark.parametrize(("pattern", "side", "wales"), [("xx", 25.0, 7), ("x.", 25.0, 8), ("x...", 20.0, 4)])
+def test_squares_have_whole_repeats_of_their_inlays(tmp_path, pattern, side, wales):
+    """Wales of 100 / 28 mm: 7.0 or 5.6 of them."""
+    fabric = resolve(fabric=file_with_pattern(tmp_path, pattern), test="biaxial", scale="meso", direction="warp").fabric
+    assert whole_repeats(fabric, "warp", side) == wales
+
+
+def file_with_pattern(folder, pattern):
+    text = (configs_dir() / "fabrics" / "warp-every-second-wale.yaml").read_text(encoding="utf-8")
+    assert "x." in text
+    path = folder / "f.yaml"
+    path.write_text(text.replace("pattern: x.", f'pattern: "{pattern}"'), encoding="utf-8")
+    return path
 
 
 def test_a_strip_without_inlays_has_the_width_of_its_wales():
     run = strip_of("jersey", f"rig.width={13 / 0.28}")
     assert inlays_across(run, "warp") == 0
-    assert carrying_width(run, "warp") == pytest.approx(13 / 0.28)
+    assert modelled_width(run, "warp") == pytest.approx(13 / 0.28)
 
 
 @pytest.mark.parametrize(("variant", "direction", "times"), [("jersey", "warp", 4), ("weft-only", "weft", 1)])

@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from knittest.base.history import Array, History, Quality
 from knittest.config.fabric import Direction
+from knittest.config.structure import DIRECTIONS
 from knittest.laboratory.base import PreparedSpecimen, sheet_model
 from knittest.laboratory.biaxial.config import BiaxialRun
 from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.quality_checks import Span, locking_warning
 from knittest.laboratory.restart import make_row_check
-from knittest.laboratory.strips import AXIS, centre_paths, cut_piece, needle_nodes, random_offsets
+from knittest.laboratory.strips import AXIS, centre_paths, cut_piece, needle_nodes, random_offsets, whole_repeats
 from knittest.models.boundary import ALL, Boundary, Readings
 from knittest.models.macro import rectangle, strengths
 from knittest.models.meso import build_meso
@@ -107,7 +108,7 @@ class Biaxial(FabricTest[BiaxialRun]):
     def mount_yarns(self, run: BiaxialRun, specimen: int, observer: Observer) -> PreparedSpecimen:
         """Make the square of whole pitches."""
         pitches = np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
-        n_wales, n_courses = (max(round(run.rig.side_mm / float(pitch)), 2) for pitch in pitches)
+        n_wales, n_courses = (whole_repeats(run.fabric, direction, run.rig.side_mm) for direction in DIRECTIONS)
         piece = cut_piece(run, n_wales, n_courses, specimen, observer, (run.rig.direction, AT_NEEDLES))
         size = np.array([n_wales, n_courses]) * pitches
         model = build_meso(run, centre_paths(piece.paths, size), piece.draws)

@@ -5,13 +5,14 @@ from numpy.typing import NDArray
 
 from knittest.base.history import Array, History, Quality
 from knittest.config.fabric import Fabric
+from knittest.config.structure import DIRECTIONS
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.laboratory.compaction.config import CompactionRun
 from knittest.laboratory.compaction.van_wyk import PRESSURES, fit, thickness_at, work
 from knittest.laboratory.fabric_test import FabricTest, TestRig
 from knittest.laboratory.quality_checks import Span, check_limit
 from knittest.laboratory.restart import history_from_time
-from knittest.laboratory.strips import centre_paths, creep_speed, cut_piece, needle_nodes
+from knittest.laboratory.strips import centre_paths, creep_speed, cut_piece, needle_nodes, whole_repeats
 from knittest.models.boundary import TOOL_STIFFNESS, Boundary, Readings
 from knittest.models.meso import build_meso
 from knittest.models.tool import Table, plate, ramp
@@ -127,7 +128,7 @@ def plates(position: Array, faces: tuple[float, float], size: Array) -> tuple[Ar
 def whole_pitches(run: CompactionRun) -> tuple[Array, Array]:
     """Whole pitches and size [mm] of the square between the plates, (2,) each: along the weft and along the warp."""
     pitches = np.array([run.fabric.wale_spacing, run.fabric.course_spacing])
-    pressed = np.maximum(np.round(run.rig.side_mm / pitches), 2.0)
+    pressed = np.array([whole_repeats(run.fabric, direction, run.rig.side_mm) for direction in DIRECTIONS], float)
     return pressed, pressed * pitches
 
 

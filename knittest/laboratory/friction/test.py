@@ -15,7 +15,7 @@ from knittest.laboratory.friction.lab_files import FREE_LENGTH
 from knittest.laboratory.friction.rig import KINETIC_SHARE, PRESSED, FrictionTest, force_shares, pressure_map, pull_axis
 from knittest.laboratory.quality_checks import Span, check_limit
 from knittest.laboratory.restart import check_ringing, history_from_time
-from knittest.laboratory.strips import carrying_width, cut_piece, needle_nodes, pitch, wale_course_counts, yarns_across
+from knittest.laboratory.strips import cut_piece, modelled_width, needle_nodes, pitch, wale_course_counts, yarns_across
 from knittest.models.macro import StripShape, build_strip, self_contact
 from knittest.models.meso import build_meso
 from knittest.solve.state import Observer, SimulationCost
@@ -89,7 +89,7 @@ class Friction(FabricTest[FrictionRun]):
         length = run.fabric.course_spacing * wale_course_counts(direction, along, across)[1]
         held = edge_nodes(run, model.position()[:, 1], model.group.chain, length) if run.pulls_loops else None
         test = FrictionTest(run, pull_axis(run), faces, radius, held)
-        width = carrying_width(run, direction, specimen)
+        width = modelled_width(run, direction, specimen)
         facts = {"yarns_across": float(across), "width_mm": width, "area_mm2": along * period * width}
         return PreparedSpecimen(model, test, yarns=piece.table, facts=facts | test.facts)
 

@@ -29,6 +29,7 @@ from knittest.laboratory.strips import (
     needle_nodes,
     random_offsets,
     surface_nodes,
+    whole_repeats,
 )
 from knittest.materials.trellis import NORMALISED, crosshead, normalised_force
 from knittest.models.meso import build_meso
@@ -290,8 +291,7 @@ def frame_curve(run: PictureFrameRun, history: NodeHistory) -> dict[str, Array]:
 
 
 def _whole_pitches(run: PictureFrameRun) -> tuple[int, int]:
-    side = run.rig.side_mm
-    return max(round(side / run.fabric.wale_spacing), 2), max(round(side / run.fabric.course_spacing), 2)
+    return whole_repeats(run.fabric, "warp", run.rig.side_mm), whole_repeats(run.fabric, "weft", run.rig.side_mm)
 
 
 def forces_at(history: History, most: float) -> dict[str, float]:

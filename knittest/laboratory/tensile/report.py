@@ -29,7 +29,7 @@ from knittest.laboratory.report_base import (
     check_same_test,
     title_of,
 )
-from knittest.laboratory.strips import STRIP_JAWS, carrying_width, strip_jaws, yarns_across
+from knittest.laboratory.strips import STRIP_JAWS, modelled_width, strip_jaws, yarns_across
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.laboratory.tensile.test import PEAK_TIME_LIMIT, pull_axis
 
@@ -61,7 +61,7 @@ class TensileReport(FabricReport[TensileRun]):
     def factors(self, run: TensileRun) -> tuple[float, ...]:
         """Yarns in a real strip over the whole yarns of each specimen: width x density / yarns."""
         return nontrivial_factors(
-            run.rig.width_mm / carrying_width(run, run.rig.direction, k) for k in range(run.variability.specimens)
+            run.rig.width_mm / modelled_width(run, run.rig.direction, k) for k in range(run.variability.specimens)
         )
 
     def size(self, run: TensileRun) -> tuple[float, str]:
@@ -138,7 +138,7 @@ class TensileReport(FabricReport[TensileRun]):
         shown = [line_picture.Reference(c.x, c.mean, c.kind, c.source) for c in references.curves]
         whole = []
         for k, specimen in enumerate(specimens):
-            history, width = specimen.history, carrying_width(run, run.rig.direction, k)
+            history, width = specimen.history, modelled_width(run, run.rig.direction, k)
             force = history.curve["force_n"] * (run.rig.width_mm / width)
             whole.append(replace(specimen, history=replace(history, curve=history.curve | {"force_n": force})))
         meso = run.model.scale == "meso"

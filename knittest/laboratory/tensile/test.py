@@ -14,10 +14,10 @@ from knittest.laboratory.quality_checks import TARGET_SHARE, Span
 from knittest.laboratory.reactions import reactions_of
 from knittest.laboratory.strips import (
     AXIS,
-    carrying_width,
     clamp_forces,
     cut_piece,
     inlays_across,
+    modelled_width,
     pitch,
     wale_course_counts,
     yarns_across,
@@ -190,7 +190,7 @@ class Tensile(FabricTest[TensileRun]):
         whole = along + 2 * JAW_PITCHES
         counts = wale_course_counts(direction, whole, yarns_across(run, direction, specimen))
         piece = cut_piece(run, *counts, specimen, observer, (direction, (JAW_PITCHES + 0.5) / whole))
-        width = carrying_width(run, direction, specimen)
+        width = modelled_width(run, direction, specimen)
         mount = TensileTest(run, pull_axis(run), along * period, 0.5 * whole * period, width)
         facts = _facts(run, specimen, mount, whole * period)
         return PreparedSpecimen(build_meso(run, piece.paths, piece.draws), mount, yarns=piece.table, facts=facts)
@@ -258,7 +258,7 @@ def pull_axis(run: TensileRun) -> int:
 
 
 def _facts(run: TensileRun, specimen: int, mount: TensileTest, length: float) -> dict[str, float]:
-    width, (fixed, moving) = carrying_width(run, run.rig.direction, specimen), mount.faces
+    width, (fixed, moving) = modelled_width(run, run.rig.direction, specimen), mount.faces
     yarns = yarns_across(run, run.rig.direction, specimen)
     if run.model.scale == "meso":
         yarns = inlays_across(run, run.rig.direction, specimen) or yarns

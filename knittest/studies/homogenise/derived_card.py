@@ -244,19 +244,29 @@ def _read_result(piece: PlannedTest, tested: FinishedTest) -> PathResult:
 
 
 def _scattered_tension(fabric: Fabric, direction: Direction, strain: Array, force: Array) -> tuple[Array, Array]:
-    """Strain [%] and force [N/mm] of a strip of yarns with scatter of strength and slack, from those of equal yarns
-    that fail at the last strain: a bundle (Daniels, 1945) of the yarns of a standard strip.
+    """Strain [%] and force [N/mm] of a strip of yarns with scatter of strength and slack, from those of equal yarns,
+    the first of which fail at the last strain: a bundle (Daniels, 1945) of the yarns of a standard strip.
+
+    Layers share the force by the axial stiffness of their yarns.
     """
-    inlays = fabric.inlays_along(direction)[0]
-    drawn = draw(fabric, Variability(), inlays.name, round(STRIP * fabric.density_per_mm.of(direction)), 0)
-    if np.ptp(drawn.fracture_strain) == 0.0 and not drawn.slack.any():
+    pitches, layers = round(STRIP * fabric.density_per_mm.of(direction)), fabric.inlays_along(direction)
+    yarns = [(one, one.count(pitches) or 1) for one in layers]
+    drawn = [draw(fabric, Variability(), one.name, count, 0) for one, count in yarns]
+    if all(np.ptp(some.fracture_strain) == 0.0 and not some.slack.any() for some in drawn):
         return strain, force
-    longer = (1.0 + strain[-1] / 100.0) / (1.0 + inlays.yarn.fracture_strain_fraction)
-    slack = 100.0 * drawn.slack
-    breaks = 100.0 * (longer * (1.0 + drawn.fracture_strain) - 1.0) + slack
-    grid = np.union1d(strain, breaks[breaks < strain[-1]])
-    held = np.interp(grid[:, None] - slack, strain, force) * (grid[:, None] <= breaks)
-    return grid, held.mean(axis=1)
+    straight = [(1.0 + one.crimp) * (1.0 + one.yarn.fracture_strain_fraction) for one in layers]
+    longer = [(1.0 + strain[-1] / 100.0) * (1.0 + one.crimp) / min(straight) for one in layers]
+    slack = [100.0 * some.slack for some in drawn]
+    breaks = [
+        100.0 * (own * (1.0 + some.fracture_strain) - 1.0) + loose
+        for own, some, loose in zip(longer, drawn, slack, strict=True)
+    ]
+    grid = np.union1d(strain, np.concatenate([one[one < strain[-1]] for one in breaks]))
+    stiffness = np.array([count * one.yarn.youngs_modulus_mpa * one.yarn.load_area_mm2 for one, count in yarns])
+    held = np.zeros(len(grid))
+    for share, loose, ends in zip(stiffness / stiffness.sum(), slack, breaks, strict=True):
+        held += share * (np.interp(grid[:, None] - loose, strain, force) * (grid[:, None] <= ends)).mean(axis=1)
+    return grid, held
 
 
 def _bundle_strain(fabric: Fabric, direction: Direction, path: PathResult) -> float:

@@ -20,7 +20,7 @@ from knittest.config.structure import DIRECTIONS
 from knittest.laboratory.cantilever.config import CantileverRun
 from knittest.laboratory.cell.config import CellRun
 from knittest.laboratory.picture_frame.config import PictureFrameRun
-from knittest.laboratory.strips import carrying_width
+from knittest.laboratory.strips import modelled_width
 from knittest.laboratory.tensile.config import TensileRun
 
 #: meso simulations of a card: tests of specimens, or paths of a periodic cell
@@ -178,7 +178,7 @@ def resolve_macro_run(piece: PlannedTest, yarns: Run, card: Path, settings: Sequ
 def width(run: Run) -> float:
     """Width [mm] of a strip of whole yarns: number times distance."""
     assert isinstance(run.rig, StripRig)
-    return carrying_width(run, run.rig.direction)
+    return modelled_width(run, run.rig.direction)
 
 
 def overhang(run: Run) -> float:
