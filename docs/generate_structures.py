@@ -51,9 +51,10 @@ density of the inlays follows from `pattern`: `x.` in 28 wales gives 14 inlays i
 Each inlay needs something in front of it and behind it: a loop, or an inlay that is held on this side itself.
 Otherwise it falls out.
 
-- Legs of knit stitches lie in front of all layers, legs of purl stitches behind them.
+- Legs of knit stitches lie in front of the wefts, legs of purl stitches behind them. They do not cross the warps.
 - Sinker arcs of a plain knit lie behind the warps, but not behind the wefts.
 - So nothing lies behind a weft alone in a plain knit. Rib holds it, or a warp behind it.
+- Nothing lies in front of a warp alone in a plain knit. Garter holds it, or a weft in front of it.
 
 After the relaxation knittest checks each inlay and each crossing. An error message names the inlay that is loose.
 

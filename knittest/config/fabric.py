@@ -226,12 +226,14 @@ class Fabric(Strict):
                 "stitches": data.get("stitches", ["k"]),
             }
             made |= {n: Quantity.model_validate(data[n]) for n in ("warp_density", "weft_density", "loop_length")}
-            fabric = cls.model_construct(**made)
-            yarns = [*(layer.yarn for layer in fabric.inlays), fabric.knitting]
-        except (KeyError, TypeError, ValidationError, BoundsError):  # the fields themselves say what is wrong
+        except (KeyError, TypeError, ValidationError):  # the fields themselves say what is wrong
             return data
-        if (fabric.layers is None and fabric.reinforcing is None) or any(yarn.fibre is None for yarn in yarns):
+        fabric = cls.model_construct(**made)
+        yarns = [*(layer.yarn for layer in fabric.inlays), fabric.knitting]
+        if any(yarn.fibre is None for yarn in yarns):
             return data
+        if needed and fabric.layers is None and fabric.reinforcing is None:
+            raise BoundsError("missing: yarn of the inlays; a fabric without inlays states layers: []", "reinforcing")
         if min(fabric.warp_density.value, fabric.weft_density.value, fabric.loop_length.value) <= 0.0:
             return data
         return {**data, **{name: entry for name, entry in mass_and_thickness(fabric).items() if name in needed}}
@@ -354,7 +356,9 @@ class Fabric(Strict):
     @property
     def missing_yarns(self) -> list[str]:
         """Fields of loops and yarns that the meso scale needs and that are not given."""
-        absent = {"loop_length", "knitting", "contact"} | ({"reinforcing"} if self.layers is None else set())
+        absent = {"loop_length", "knitting"} | ({"reinforcing"} if self.layers is None else set())
+        if self.knitting is not None:  # else it follows from the knitting yarn
+            absent.add("contact")
         return [name for name in YARN_LEVEL if name in absent and getattr(self, name) is None]
 
     @property

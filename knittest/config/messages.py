@@ -24,7 +24,7 @@ def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | 
     found = error.errors(include_url=False)
     bad_keys = {item["loc"][:-1] for item in found if item["loc"][-1:] == ("[key]",)}
     found = [item for item in found if item["loc"] not in bad_keys]  # a wrong key makes its value no second finding
-    found = _without_consequences(found)
+    found = _without_consequences(found, layers)
     lines = [_finding_line(item, layers, kind) for item in found[:MOST_SHOWN]]
     if len(found) > MOST_SHOWN:
         lines.append(f"... and {len(found) - MOST_SHOWN} more")
@@ -32,17 +32,23 @@ def input_error(error: ValidationError, layers: Layers, root: type[BaseModel] | 
 
 
 #: fields of a fabric that follow from its yarns, unless another field of it is wrong
-FROM_YARNS = ("area_mass", "thickness")
+FROM_YARNS = ("area_mass", "thickness", "contact")
 
 
-def _without_consequences(found: list[Any]) -> list[Any]:
-    """``found`` without fields that are only missing because they could not be derived from the yarns."""
-    wrong = [
-        item
-        for item in found
-        if not (item["type"] == "missing" and item["loc"][-1] in FROM_YARNS and _describes_yarns(item["input"]))
-    ]
+def _without_consequences(found: list[Any], layers: Layers) -> list[Any]:
+    """``found`` without fields that nobody stated and that could not be derived from the yarns."""
+    wrong = [item for item in found if not _follows_from_yarns(item, layers)]
     return wrong or found
+
+
+def _follows_from_yarns(item: Mapping[str, Any], layers: Layers) -> bool:
+    """Tell whether a field is missing, or has a value that nobody stated, because a yarn is wrong."""
+    name = item["loc"][-1] if item["loc"] else ""
+    if name not in FROM_YARNS:
+        return False
+    if item["type"] != "missing":
+        return layers.get(tuple(item["loc"])) is None
+    return name == "contact" or _describes_yarns(item["input"])
 
 
 def _describes_yarns(fabric: object) -> bool:
@@ -60,7 +66,7 @@ def _finding_line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
     path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
-        path = (*path, *cause.part.split("."))
+        path = (*path, *(int(part) if part.isdigit() else part for part in cause.part.split(".")))
     value, at, stated = layers.get(path), path, ""
     if item["type"] == "missing":
         field = field_at(path, kind)
@@ -102,6 +108,9 @@ def _expectation(item: Mapping[str, Any], value: object, field: ConfigField | No
         return f"expected a mapping with {', '.join(field.names) if field else 'fields'}, found {describe(value)}"
     if kind == "literal_error":
         return _choice_expectation(context["expected"], value)
+    if kind == "list_type":
+        entry = f"{{{field.names[0]}: ...}}" if field and field.names else value if isinstance(value, str) else "..."
+        return f"expected a list, such as [{entry}], found {describe(value)}"
     if kind == "string_type":
         return f"expected text, found {describe(value)} (put text in quotes)"
     if kind == "string_pattern_mismatch":

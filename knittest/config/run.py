@@ -137,7 +137,7 @@ class Run(Strict):
         if missing and self.model.scale == "meso":
             remedy = "" if macro.missing_card_parts else ", or use --scale macro"
             raise BoundsError(
-                f"the meso scale needs {', '.join(missing)}: add them to the fabric file{remedy}", "fabric"
+                f"the meso scale needs {', '.join(missing)}: add what is missing to the fabric file{remedy}", "fabric"
             )
         if missing and macro.missing_card_parts and self.model.scale == "macro":
             raise BoundsError(

@@ -116,7 +116,8 @@ def inlays_of(layers: list[InlayLayer] | None, reinforcing: ReinforcingYarn | No
     for number, layer in enumerate(layers):
         yarn, field = (layer.yarn, f"layers.{number}.yarn") if layer.yarn is not None else (reinforcing, "reinforcing")
         if yarn is None:
-            raise BoundsError("missing: yarn of this layer, or fabric.reinforcing for all layers", field[:-11] or field)
+            message = "missing: yarn of this layer, or fabric.reinforcing for all layers without one"
+            raise BoundsError(message, f"layers.{number}.yarn")
         seen[layer.direction] += 1
         name = layer.direction if many[layer.direction] == 1 else f"{layer.direction}{seen[layer.direction]}"
         found.append(Inlays(name, layer.direction, yarn, field, tuple(c == "x" for c in layer.pattern)))
@@ -129,8 +130,8 @@ def repeat_of(grid: tuple[tuple[int, ...], ...], inlays: list[Inlays]) -> tuple[
     courses = lcm(len(grid), *(len(i.pattern) for i in inlays if i.direction == "weft"))
     if max(wales, courses) > LARGEST_REPEAT:
         raise BoundsError(
-            f"repeats after {wales} wales and {courses} courses, expected at most {LARGEST_REPEAT}: use patterns and "
-            "stitches whose lengths divide each other",
+            f"repeats after {wales} wales and {courses} courses, expected at most {LARGEST_REPEAT}: use shorter rows "
+            "and patterns, or such whose lengths divide each other",
             "layers" if inlays else "stitches",
         )
     return wales, courses

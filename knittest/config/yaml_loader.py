@@ -140,6 +140,7 @@ class _Builder:
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
             problem = error.problem or error.context or "invalid"
+            problem += ": indent with spaces" if "\\t" in problem else ""
             raise self._error(mark, f"not valid YAML: {problem}") from None
         except yaml.reader.ReaderError as error:
             line = self.text.count("\n", 0, error.position) + 1

@@ -214,11 +214,14 @@ def unheld_inlays(cell: "Cell") -> str:
             held |= more
         for k, one in enumerate(curves):
             if k not in held:
-                other = "weft" if cell.spec.axis(one.system) else "warp"
+                other, stitches = (
+                    ("weft", "[k, p], garter") if cell.spec.axis(one.system) else ("warp", "[kp], rib 1x1")
+                )
+                own = "warp" if other == "weft" else "weft"
                 return (
                     f"fabric.layers: nothing lies {side} the {one.system} of {cell.place_name(one)}, so that it falls "
                     f"out of the fabric; expected a layer of {other} {side} it, or stitches that hold it on this side "
-                    "(fabric.stitches = [kp], rib 1x1, holds wefts)"
+                    f"(fabric.stitches = {stitches}, holds a {own} on both sides)"
                 )
     return ""
 

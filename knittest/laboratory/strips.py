@@ -50,13 +50,13 @@ def whole_repeats(fabric: Fabric, direction: str, length: float) -> int:
     return max(round(length / (repeat * spacing)) * repeat, repeat, 2)
 
 
-def yarns_across(run: Run, direction: Direction, specimen: int = 0) -> int:
-    """Whole wales (warp) or courses (weft) in the width of a strip along ``direction``, in whole repeats of its inlays.
+def yarns_across(run: Run, direction: Direction, specimen: int = 0, *, repeats: bool = True) -> int:
+    """Whole wales (warp) or courses (weft) in the width of a strip along ``direction``.
 
-    A fraction is rounded down or up, alternately in an ensemble.
+    ``repeats``: whole repeats of its inlays. A fraction is rounded down or up, alternately in an ensemble.
     """
     assert isinstance(run.rig, StripRig)
-    repeat = pattern_repeat(run.fabric, direction)
+    repeat = pattern_repeat(run.fabric, direction) if repeats else 1
     exact = run.rig.width_mm * run.fabric.density_per_mm.of(direction) / repeat
     if abs(exact - round(exact)) < 0.25:
         return max(round(exact), 1) * repeat

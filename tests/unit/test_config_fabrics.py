@@ -42,7 +42,7 @@ def test_a_weave_without_yarns_is_a_fabric_of_the_macro_scale():
         assert quantity.source == "assumed" or path in ("area_mass", "thickness"), path
         assert quantity.ref, path
     with pytest.raises(
-        InputError, match="needs loop_length, reinforcing, knitting, contact: add them to the fabric file, or use"
+        InputError, match="needs loop_length, reinforcing, knitting: add what is missing to the fabric file, or use"
     ):
         resolve(variant="cao2008-weave", test="picture-frame", scale="meso")
 

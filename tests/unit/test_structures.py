@@ -1,5 +1,6 @@
 """Stitches and layers in a fabric file: what is refused and how; names, yarns and mass of the layers, and strips."""
 
+import re
 from dataclasses import replace
 from math import pi
 from pathlib import Path
@@ -34,10 +35,13 @@ def fabric_of(folder: Path, stitches: str = "[kp]", *layers: str) -> Fabric:
 @pytest.mark.parametrize(
     ("stitches", "message"),
     [
-        ("[kq]", "fabric.stitches.0: 'q' is no stitch: expected k (knit) or p (purl)"),
-        ("[kp, K]", "fabric.stitches.1: 'K' is no stitch: expected k (knit) or p (purl)"),
-        ("[kp, k]", "fabric.stitches.1: has 1 stitches and the first course 2: expected courses of equal length"),
-        ("['']", "fabric.stitches.0: has 0 stitches and the first course 0: expected courses of equal length"),
+        ("[kq]", "fabric.stitches[0] = 'kq': 'q' is no stitch: expected k (knit) or p (purl)"),
+        ("[kp, K]", "fabric.stitches[1] = 'K': 'K' is no stitch: expected k (knit) or p (purl)"),
+        (
+            "[kp, k]",
+            "fabric.stitches[1] = 'k': has 1 stitches and the first course 2: expected courses of equal length",
+        ),
+        ("['']", "fabric.stitches[0] = '': has 0 stitches and the first course 0: expected courses of equal length"),
         ("[]", "fabric.stitches = []: is empty: expected a row of k and p for each course, such as [k]"),
         ("[1]", "fabric.stitches[0] = 1: expected text, found 1"),
     ],
@@ -171,3 +175,27 @@ def test_the_mass_of_a_strip_is_the_area_mass_of_its_yarns() -> None:
     )
     assert sum(lengths[s] * area[s] for s in area) == pytest.approx(per_cell, rel=2e-3)
     assert replace(spec, layers=()).repeat == (1, 1) and spec.repeat == (2, 2)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ("stitches: [kp]", "stitches: kp", "fabric.stitches = 'kp': expected a list, such as [kp], found text 'kp'"),
+        ("layers:  # from back to face\n  - {direction: weft}", "layers: weft",
+         "fabric.layers = 'weft': expected a list, such as [{direction: ...}], found text 'weft'"),
+        ("reinforcing:", "description:", "fabric.layers[0].yarn: missing: yarn of this layer, or fabric.reinforcing"),
+        ("weft_density: {value: 28", "weft_density: {value: 2800", "fabric.weft_density = 2800: implausible"),
+    ],
+)  # fmt: skip
+def test_one_mistake_has_one_message(tmp_path: Path, before: str, after: str, message: str) -> None:
+    """Mass, thickness and contact follow from the yarns, so they are no second mistake."""
+    text = (configs_dir() / "fabrics" / "weft-only.yaml").read_text(encoding="utf-8")
+    assert before in text
+    path = tmp_path / "f.yaml"
+    path.write_text(
+        text.replace(before, after) if "reinforcing" not in before else re.sub(r"\nreinforcing:.*", "", text)
+    )
+    with pytest.raises(InputError) as error:
+        resolve(fabric=path, test="tensile", scale="meso")
+    assert f": {message}" in str(error.value)
+    assert "\n" not in str(error.value)

@@ -137,7 +137,7 @@ class PullOut(FabricTest[PullOutRun]):
         if not run.model.meso.contact:
             raise InputError("model.meso.contact = false: without contact nothing holds the inlay; set it to true")
         check_has_inlays(run.fabric, rig.direction, "rig.direction", "pulls an inlay")
-        inlays, number = run.fabric.inlays_along(rig.direction)[0], yarns_across(run, rig.direction)
+        inlays, number = run.fabric.inlays_along(rig.direction)[0], yarns_across(run, rig.direction, repeats=False)
         least = next(n for n in count(max(number, len(inlays.pattern))) if is_free_of_clamps(inlays, n))
         if number < least:
             raise InputError(
@@ -156,7 +156,7 @@ class PullOut(FabricTest[PullOutRun]):
         """Make the piece of whole pitches in its clamps."""
         direction, fabric = run.rig.direction, run.fabric
         period = pitch(run, direction)
-        across, along = yarns_across(run, direction, specimen), round(run.rig.length_mm / period)
+        across, along = yarns_across(run, direction, specimen, repeats=False), round(run.rig.length_mm / period)
         n_wales, n_courses = wale_course_counts(direction, along, across)
         piece = cut_piece(run, n_wales, n_courses, specimen, observer)
         size = n_wales * fabric.wale_spacing, n_courses * fabric.course_spacing
