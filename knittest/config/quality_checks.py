@@ -121,7 +121,7 @@ SOLVER_CHECKS = (
 
 def quality_checks_of(run: Run) -> list[SolverCheck]:
     """Quality checks of a run that is integrated in time."""
-    return [gate for gate in SOLVER_CHECKS if gate.applies(run)]
+    return [check for check in SOLVER_CHECKS if check.applies(run)]
 
 
 def check_relaxed_limits(run: Run, quality: Quality) -> Quality:

@@ -310,9 +310,9 @@ class Munden(NamedTuple):
     stitches: float
 
     @classmethod
-    def of(cls, spec: CellSpec, draw_in: float = 0.0) -> "Munden":
-        """Constants of a cell whose loops are shorter by ``draw_in`` [-] than its loop length."""
-        length = (1.0 - draw_in) * spec.loop_length
+    def of(cls, spec: CellSpec, loop_shortening: float = 0.0) -> "Munden":
+        """Constants of a cell whose loops are shorter by ``loop_shortening`` [-] than its loop length."""
+        length = (1.0 - loop_shortening) * spec.loop_length
         courses, wales = length / spec.course, length / spec.wale
         return cls(courses, wales, courses * wales)
 

@@ -183,8 +183,8 @@ def _resample(curve: Array, n: int) -> Array:
 
 #: radii grow in these shares so that yarns push each other aside instead of passing through
 RADIUS_STEPS = np.linspace(0.15, 1.0, 20)
-#: a loop that starts too long is drawn in by this share at a time
-DRAW_IN = 0.01
+#: a loop that starts too long is shortened by this share at a time
+SHORTENING = 0.01
 #: penalty [N/mm], force [N] and iterations of a step on the way
 PENALTY, ON_THE_WAY, BRIEF = 100.0, 0.05, 400
 #: penalties [N/mm] of the steps at the end; the last ones only if still needed
@@ -306,7 +306,7 @@ def _relax_with(spec: CellSpec, finer: float, softness: float) -> Cell:
     for share in RADIUS_STEPS:
         state.settle(PENALTY, ON_THE_WAY, BRIEF, share)
     state.soften(softness)
-    state.draw_in()
+    state.shorten_loops()
     state.firm_up()
     cell = state.cell()
     check_topology(cell, start, continuous=cell.worst < PASSING)
@@ -354,11 +354,11 @@ class _Relaxation:
             self.iterations += steps
             self.worst = max(self.worst, seen)
 
-    def draw_in(self) -> None:
+    def shorten_loops(self) -> None:
         """Shorten the rest length of loops that started too long, step by step."""
         rest = self.yarns.total[: self.courses]
         while (rest > self.wanted).any():
-            rest = np.maximum((1.0 - DRAW_IN) * rest, self.wanted)
+            rest = np.maximum((1.0 - SHORTENING) * rest, self.wanted)
             self.yarns = with_loop_length(self.yarns, rest)
             self.settle(PENALTY, self.softness * ON_THE_WAY, BRIEF)
             if (self._course_lengths() > (1.0 + LOCKED) * rest).any():

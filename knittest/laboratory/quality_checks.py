@@ -169,11 +169,11 @@ def assess(
             f"{LATE_OVERLAP:g} % yarns may "
             "have crossed: compare with a smaller solver.safety"
         )
-    for gate in quality_checks_of(run):
-        if gate.key == "beyond_law" and 0.0 < gate.value(quality) <= run.solver.max_law_extrapolation:
+    for check in quality_checks_of(run):
+        if check.key == "beyond_law" and 0.0 < check.value(quality) <= run.solver.max_law_extrapolation:
             quality = quality.with_warnings(beyond.stated)
         else:
-            quality = evaluate_check(run, quality, gate, beyond, history.rest)
+            quality = evaluate_check(run, quality, check, beyond, history.rest)
     quality = quality.with_warnings(*(history.rest.warnings if history.rest else ()))
     return replace(quality, quasi_static=100.0 * quality.ke_over_ie_max <= run.solver.max_kinetic_ratio)
 
@@ -291,17 +291,19 @@ def _span_problems(
 def evaluate_check(
     run: Run,
     quality: Quality,
-    gate: SolverCheck,
+    check: SolverCheck,
     beyond: LawExcess | TableExcess | None = None,
     rest: InitialEquilibrium | None = None,
 ) -> Quality:
-    """Evaluate ``gate``: a failure of ``quality`` above its limit, with advice, and a warning above half of it."""
-    value, limit = gate.value(quality), float(getattr(run.solver, gate.limit))
+    """Evaluate ``check``: a failure of ``quality`` above its limit, with advice, and a warning above half of it."""
+    value, limit = check.value(quality), float(getattr(run.solver, check.limit))
     if value <= limit:
-        near = f"{gate.label} {value:.2f} % is more than half of its limit {limit:g} %"
+        near = f"{check.label} {value:.2f} % is more than half of its limit {limit:g} %"
         return quality.with_warnings(near) if value > NEAR * limit else quality
-    failed = f"{gate.label} is not a number" if np.isnan(value) else f"{gate.label} {value:.2f} % is above {limit:g} %"
-    of_law = beyond if gate.key == "beyond_law" else None
-    advice = of_law.advice(run) if of_law else advice_for(run, gate.key, value, limit, rest)
+    failed = (
+        f"{check.label} is not a number" if np.isnan(value) else f"{check.label} {value:.2f} % is above {limit:g} %"
+    )
+    of_law = beyond if check.key == "beyond_law" else None
+    advice = of_law.advice(run) if of_law else advice_for(run, check.key, value, limit, rest)
     repeated = any(advice in before for before in quality.failures)  # snapping loops cause several failures
     return quality.with_failed_check(failed if repeated or not advice else f"{failed}; {advice}")

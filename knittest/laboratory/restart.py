@@ -86,15 +86,15 @@ def make_row_check(
     restarts: tuple[str, ...],
     column: str,
     least: float,
-    judged: Callable[[Simulation, dict[str, Array]], dict[str, Array]] = lambda state, energies: energies,
+    evaluated: Callable[[Simulation, dict[str, Array]], dict[str, Array]] = lambda state, energies: energies,
 ) -> Callable[[Simulation], None]:
-    """Make the check of the newest row from ``least`` of the curve's ``column`` on; ``judged`` leaves out energies."""
+    """Make the check of rows from ``least`` of the curve's ``column`` on; ``evaluated`` leaves out energies."""
 
     def check(state: Simulation) -> None:
         if not restarts or state.rows[-1][column] < least:
             return
         row = {name: np.array([value]) for name, value in state.energy_rows[-1].items()}
-        energies = judged(state, row)
+        energies = evaluated(state, row)
         left_out = float(row["external_mj"][0] - energies["external_mj"][0])
         work = max(abs(one["external_mj"] - left_out) for one in state.energy_rows)
         energies |= {"external_mj": np.array([work])}

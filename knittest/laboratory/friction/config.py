@@ -100,8 +100,11 @@ class FrictionRun(Run):
         """
         covered, bent = plate_length / PLATES, loop_bending_force(self.fabric)
         if bent is None or is_tested_in_the_paper(self.fabric):
-            return PRESSED * covered
-        borne = min(PRESSED, BORNE * bent / (self.fabric.wale_spacing * self.fabric.course_spacing) * PLATES) * covered
+            return FORCE_PER_WIDTH * covered
+        borne = (
+            min(FORCE_PER_WIDTH, BORNE * bent / (self.fabric.wale_spacing * self.fabric.course_spacing) * PLATES)
+            * covered
+        )
         if not self.pulls_loops or self.rig.kinetic_coefficient == 0.0:
             return borne
         tension = PULLED * bent * self.fabric.density_per_mm.of(self.rig.direction)
@@ -111,7 +114,7 @@ class FrictionRun(Run):
 #: width of a strip of yarns [mm]
 WIDTH = {"quick": 15.0, "standard": 25.0, "paper": 50.0}
 #: normal force over the width of the strip [N/mm] and length of the plates [mm] in the paper, 2000 N on 50 mm
-PRESSED, PLATES = 40.0, 150.0
+FORCE_PER_WIDTH, PLATES = 40.0, 150.0
 #: largest default pressure in forces that bend a loop, on the area of a stitch: at 8 loops snap and the plate bounces.
 #: Largest friction of both faces that loops carry, in such forces a wale or course: narrow strips unravel at 1.7
 BORNE, PULLED = 4.0, 0.5
@@ -159,7 +162,7 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
 def size_texts(run: FrictionRun) -> tuple[str, ...]:
     """Sizes of strip and plates and the normal force, in words: derived where it is less than that of the paper."""
     rig, force = run.rig, run.borne_force_per_width(run.rig.plate_length) * run.rig.width
-    paper = PRESSED * rig.plate_length / PLATES * rig.width
+    paper = FORCE_PER_WIDTH * rig.plate_length / PLATES * rig.width
     derived = " (derived: what the loops bear)" if rig.normal_force == force < paper else ""
     return (
         f"strip {rig.length:g} x {rig.width:g} mm", f"plates {rig.plate_length:g} x {rig.plate_width:g} mm",
