@@ -46,6 +46,9 @@ face where a direction has several layers. Tables, energies, pictures, decks and
 **Densities.** `warp_density` counts the wales and `weft_density` the courses in 100 mm, with or without inlays. The
 density of the inlays follows from `pattern`: `x.` in 28 wales gives 14 inlays in 100 mm.
 
+**Specimens.** Strips, squares and frames of yarns have whole repeats of a pattern across their inlays. A pattern `x.`
+in 25 mm gives 6 or 8 wales. So each specimen has the inlay density of the fabric.
+
 ## What holds an inlay
 
 Each inlay needs something in front of it and behind it: a loop, or an inlay that is held on this side itself.
