@@ -216,6 +216,8 @@ class Fabric(Strict):
         if not isinstance(data, Mapping):
             return data
         needed = [name for name in ("area_mass", "thickness") if name not in data or is_filled(data[name])]
+        if needed and "knitting" not in data and "fibre" in (data.get("reinforcing") or ()):
+            raise BoundsError(f"missing: yarn of the loops; {' and '.join(needed)} follow from the yarns", "knitting")
         try:
             inlay = data.get("reinforcing")
             layers = data.get("layers")

@@ -276,4 +276,4 @@ def test_the_layer_that_fails_first_scatters_the_strength(glass, carbon, weaker)
     strain = np.linspace(0.0, 100.0 * fabric.straight_failure_strain("warp"), 100)
     _, held = derived_card._scattered_tension(fabric, "warp", strain, 30.0 * strain)
     share = held.max() / (30.0 * strain[-1])
-    assert share == pytest.approx(1.0, abs=1e-9) if not weaker else 0.7 < share < 0.95
+    assert share == pytest.approx(1.0, abs=1e-9) if not weaker else 0.8 < share < 0.92

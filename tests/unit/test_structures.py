@@ -184,6 +184,7 @@ def test_the_mass_of_a_strip_is_the_area_mass_of_its_yarns() -> None:
         ("layers:  # from back to face\n  - {direction: weft}", "layers: weft",
          "fabric.layers = 'weft': expected a list, such as [{direction: ...}], found text 'weft'"),
         ("reinforcing:", "description:", "fabric.layers[0].yarn: missing: yarn of this layer, or fabric.reinforcing"),
+        ("knitting:", "description:", "fabric.knitting: missing: yarn of the loops; area_mass and thickness follow"),
         ("weft_density: {value: 28", "weft_density: {value: 2800", "fabric.weft_density = 2800: implausible"),
     ],
 )  # fmt: skip
@@ -192,9 +193,8 @@ def test_one_mistake_has_one_message(tmp_path: Path, before: str, after: str, me
     text = (configs_dir() / "fabrics" / "weft-only.yaml").read_text(encoding="utf-8")
     assert before in text
     path = tmp_path / "f.yaml"
-    path.write_text(
-        text.replace(before, after) if "reinforcing" not in before else re.sub(r"\nreinforcing:.*", "", text)
-    )
+    wrong = text.replace(before, after) if after != "description:" else re.sub(rf"\n{before}.*", "", text)
+    path.write_text(wrong, encoding="utf-8")
     with pytest.raises(InputError) as error:
         resolve(fabric=path, test="tensile", scale="meso")
     assert f": {message}" in str(error.value)
