@@ -15,7 +15,7 @@ from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.fabric_test import FabricTest
 from knittest.laboratory.friction.config import FrictionRun, size_texts
 from knittest.laboratory.friction.rig import PRESSED, SETTLE_SOFT, SOFT_DRAG, FrictionTest
-from knittest.laboratory.friction.test import Friction, static_force
+from knittest.laboratory.friction.test import Friction, pull_work, static_force
 from knittest.laboratory.restart import KINETIC
 from knittest.models.boundary import Boundary
 from knittest.runs.specimen import prepare
@@ -149,6 +149,12 @@ def test_forces_are_means_of_a_share_of_the_test(rows: int, expected: int) -> No
     force = np.where(np.arange(rows) == rows // 4, 1.0, 0.0)
     largest, _ = static_force({"displacement_mm": moved, "pull_force_n": force, "time_ms": moved})
     assert largest == pytest.approx(1.0 / expected)
+
+
+def test_the_work_of_the_pull_counts_from_its_begin():
+    """A ramp to 2 N over 1 mm, then 2 mm at 2 N."""
+    curve = {"displacement_mm": np.array([-0.0, 0.0, 1.0, 3.0]), "pull_force_n": np.array([9.0, 0.0, 2.0, 2.0])}
+    assert pull_work(curve) == pytest.approx([0.0, 0.0, 1.0, 5.0])
 
 
 def run_of(variant: str, direction: str, *sets: str) -> FrictionRun:

@@ -53,6 +53,15 @@ def test_energies_count_from_the_pull_on_and_the_curve_has_the_pressing(pulled):
     assert abs(history.energies["external_mj"][0]) < 0.01 * history.energies["external_mj"][-1]
 
 
+def test_losses_are_over_the_work_of_the_pull_at_least(pulled):
+    """The plate that a recovering strip lifts takes work from the sum of all outside forces."""
+    run, specimen, _ = pulled
+    energies = specimen.history.energies
+    least = specimen.results["pull_force_kinetic_n"] * run.rig.travel_mm
+    assert energies["energy_input_mj"][-1] >= 0.9 * least
+    assert (energies["energy_input_mj"] >= np.abs(energies["external_mj"])).all()
+
+
 def test_the_pressure_map_adds_up_to_the_normal_force(pulled):
     run, specimen, _ = pulled
     found = pressure_map(specimen.history, map_cell(run))

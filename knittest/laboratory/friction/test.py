@@ -94,9 +94,15 @@ class Friction(FabricTest[FrictionRun]):
         return PreparedSpecimen(model, test, yarns=piece.table, facts=facts | test.facts)
 
     def finish(self, run: FrictionRun, prepared: PreparedSpecimen, history: History) -> History:
-        """Return energies from the pull on: those of pressing a thick strip say nothing of it."""
+        """Return energies from the pull on, as those of pressing a thick strip say nothing of it, and the energy input.
+
+        That is the outside work, or the work of the pull if it is more: a pressed strip recovers and lifts the plate.
+        """
         pressed = prepared.rig.pressed if isinstance(prepared.rig, FrictionTest) else PRESSED
-        return replace(history_from_time(history, pressed), curve=history.curve)
+        later, curve = history_from_time(history, pressed), history.curve
+        work = np.interp(later.energies["time_ms"], curve["time_ms"], pull_work(curve))
+        largest = np.maximum(np.abs(later.energies["external_mj"]), work)
+        return replace(later, curve=curve, energies=later.energies | {"energy_input_mj": largest})
 
     def results(self, run: FrictionRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Forces, coefficients of two faces and of one, pressure, penetration over deformation."""
@@ -170,6 +176,12 @@ def static_force(curve: Mapping[str, np.ndarray]) -> tuple[float, float]:
         return float("nan"), float("inf")
     force = _smooth(curve["pull_force_n"][early], len(early))
     return float(force.max()), float(curve["time_ms"][early][int(np.argmax(force))])
+
+
+def pull_work(curve: Mapping[str, np.ndarray]) -> Array:
+    """Work of the pull force so far [mJ], (n_rows,)."""
+    force, moved = curve["pull_force_n"], np.maximum(curve["displacement_mm"], 0.0)
+    return np.append(0.0, np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(moved)))
 
 
 def slip_change(curve: Mapping[str, np.ndarray]) -> float:
