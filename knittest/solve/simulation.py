@@ -209,9 +209,9 @@ def _stored_energies(run: Simulation) -> StoredEnergies:
 
 
 def _elastic_energies(stored: StoredEnergies) -> Array:
-    """Elastic energies [mJ]: of each part, of all contacts, of those with tools, of each part by mechanism."""
-    contact = np.array([stored.contact + stored.tools, stored.tools])
-    return np.concatenate([stored.internal, contact, *stored.mechanisms.values()])
+    """Elastic energies [mJ]: of parts, of contacts, those with tools, of hourglass control, of mechanisms by part."""
+    others = np.array([stored.contact + stored.tools, stored.tools, stored.hourglass])
+    return np.concatenate([stored.internal, others, *stored.mechanisms.values()])
 
 
 def _released_energy(run: Simulation) -> float:
@@ -331,10 +331,10 @@ def _balance(run: Simulation, stored: StoredEnergies) -> dict[str, float]:
     external, friction, eroded, damped = run.work()
     names = run.model.mesh.part_names
     found = _elastic_energies(stored) - run.start_energy
-    internal, (contact, tools), mechanisms = np.split(found, (len(names), len(names) + 2))
+    internal, (contact, tools, hourglass), mechanisms = np.split(found, (len(names), len(names) + 3))
     labels = [f"{mechanism}_{name}_mj" for mechanism in stored.mechanisms for name in names]
     kinetic = run.kinetic + stored.tool_kinetic
-    elastic = float(sum(internal)) + float(contact) + stored.hourglass
+    elastic = float(sum(internal)) + float(contact) + float(hourglass)
     damping = run.damping_loss - run.guide_energy
     error = external + run.recovered_energy - elastic - friction - damped - eroded - damping - kinetic
     largest = max([abs(external), *(abs(r["external_mj"]) for r in run.energy_rows[-1:])])
@@ -349,7 +349,7 @@ def _balance(run: Simulation, stored: StoredEnergies) -> dict[str, float]:
         "kinetic_mj": kinetic,
         **parts,
         **{label: float(v) for label, v in zip(labels, mechanisms, strict=True)},
-        "hourglass_mj": stored.hourglass,
+        "hourglass_mj": float(hourglass),
         "contact_mj": float(contact),
         "contact_tools_mj": float(tools),
         "friction_mj": friction,
