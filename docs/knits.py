@@ -1,7 +1,7 @@
 """Acrylic knits of Singal et al. (2024): curves of cells and specimens beside the measured ones. In a checkout:
 
 python -m docs.knits               runs all, some two hours on one core, and writes docs/knits.json
-python -m docs.knits jersey rib    those of these names; --cells without the specimens
+python -m docs.knits jersey rib    those of these names; --specimens or --cells only, --missing only what is not stored
 
 ``python -m docs.generate`` then writes the page docs/acrylic-knits.md. Cells are free to contract, or keep their width;
 specimens have the measured width and length, and are shells with the law of two strains of their cell.
@@ -164,6 +164,12 @@ def draw(knit: str, stored: dict[str, Any]) -> None:
 LABELS = {"free": "cell, free to contract", "held": "cell, constant width", "specimen": "specimen between clamps"}
 
 
+def _is_skipped(arguments: list[str], model: str, stored: dict[str, Any] | None) -> bool:
+    """Tell whether the options leave out ``model``, whose curve is ``stored`` unless None."""
+    other = "--cells" if model == "specimen" else "--specimens"
+    return "--draw" in arguments or other in arguments or ("--missing" in arguments and stored is not None)
+
+
 def main(arguments: list[str]) -> int:
     """Run the knits that ``arguments`` name, or all; returns the exit code."""
     names = [one for one in arguments if not one.startswith("--")] or list(KNITS)
@@ -173,7 +179,7 @@ def main(arguments: list[str]) -> int:
     for knit in names:
         for direction in DIRECTIONS:
             for model in MODELS:
-                if "--draw" in arguments or ("--cells" in arguments and model == "specimen"):
+                if _is_skipped(arguments, model, load().get(knit, {}).get(direction, {}).get(model)):
                     continue
                 with tempfile.TemporaryDirectory() as place:
                     run = (
