@@ -313,11 +313,11 @@ class Fabric(Strict):
 
     def is_carried_by_loops(self, direction: str, scale: str) -> bool:
         """Tell whether loops alone carry tension along ``direction``; at the macro scale by a law of two strains."""
-        law = self.has_soft_law if scale == "macro" else self.has_yarns
+        law = self.has_biaxial_law if scale == "macro" else self.has_yarns
         return law and not self.inlays_along(direction)
 
     @property
-    def has_soft_law(self) -> bool:
+    def has_biaxial_law(self) -> bool:
         """Tell whether the macro model has, or derives, a law of two strains, as there are no inlays in a direction."""
         return self.macro.tension is None and self.has_yarns and not self.has_inlays_both_ways
 
@@ -342,7 +342,7 @@ class Fabric(Strict):
         return legs * self.knitting.bending_stiffness_n_mm2 / soft * pitch / (self.loop_length_mm / legs)
 
     @property
-    def is_soft(self) -> bool:
+    def has_soft_yarns(self) -> bool:
         """Tell whether the loops are of a yarn with a soft shell."""
         return self.knitting is not None and self.knitting.soft_shell is not None
 
@@ -375,7 +375,7 @@ class Fabric(Strict):
 
 def _check_shell(fabric: Fabric) -> None:
     """Check that yarns with a soft shell form the loops of a fabric without inlays, without what their law has not."""
-    if not fabric.is_soft or fabric.knitting is None:
+    if not fabric.has_soft_yarns or fabric.knitting is None:
         return
     if fabric.inlays:
         raise BoundsError("is for fabrics without inlays: remove it, or the layers of inlays", "knitting.soft_shell")

@@ -184,7 +184,7 @@ def _recovery_rows(run: Run, prepared: PreparedSpecimen, history: History, cost:
     That takes a few steps, of soft yarns many: :data:`SMALL_PORTION` of the radius in :data:`LEAST_STEPS` steps.
     """
     times = history.energies["time_ms"]
-    if not prepared.model.soft or len(times) < LEAST_ROWS:
+    if not prepared.model.compliant or len(times) < LEAST_ROWS:
         return 2
     steps = 0.01 * run.solver.max_force_free_overlap / SMALL_PORTION * LEAST_STEPS
     return 2 + ceil(steps * cost.time_step / float(np.median(np.diff(times))))

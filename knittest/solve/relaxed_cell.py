@@ -286,7 +286,7 @@ def with_rest_spacing(run: Run) -> Run:
     The stated spacings only say where the relaxation starts. The fabric relaxes without friction, as one that was
     worked or washed. Raises :class:`InputError` where no equilibrium is found.
     """
-    if run.model.scale != "meso" or not run.fabric.is_soft or run.fabric.warp_density.ref == RELAXED:
+    if run.model.scale != "meso" or not run.fabric.has_soft_yarns or run.fabric.warp_density.ref == RELAXED:
         return run
     _check_soft_run(run)
     found = load_or_compute(run, {"free": [FREE_AT_REST, FREE_PATIENT, CALLS]}, lambda: _relax_freely(run))

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +26,24 @@ from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED,
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.materials.biaxial import SLACK
 from knittest.materials.biaxial_table import BiaxialTable
-from knittest.materials.energy_fit import fit_energy
+from knittest.materials.energy_fit import NoConvexEnergyError, fit_energy
 from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
-from knittest.studies.homogenise.plan import PlannedTest, inlay_strain, overhang, strains_at_end, width
+from knittest.studies.homogenise.plan import (
+    REPEATED,
+    PlannedTest,
+    inlay_strain,
+    overhang,
+    strains_at_end,
+    width,
+)
 
 Array = NDArray[np.float64]
 
 #: points of a tension curve between the origin and the largest force
 POINTS = 40
+#: strain over the largest one of its direction below which a table may have too few rows between its paths
+NEAR_ZERO = 0.1
 #: smallest tangent of a tension curve, as a share of its secant: shell elements need one, breaking yarns have none
 LEAST_TANGENT = 0.01
 #: rows of a path of both strains, and intervals of the table from 0 to its highest strains
@@ -168,13 +177,45 @@ def reached_share(test: FinishedTest) -> float:
 
 #: largest force of a table over that of its paths
 BEYOND_PATHS = 1.1
+#: paths that a law of two strains may leave out, as loops on them jump from one state to another
+MOST_LEFT_OUT = 2
 
 
-def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, float]:
-    """Table of the energy that fits ``paths`` of rising angle best, inside them, and the deviation of their forces.
+class PathLaw(NamedTuple):
+    """Table of the law of two strains, the deviation of the forces of its paths, and the paths that it leaves out."""
 
-    Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each.
+    table: BiaxialTable
+    deviation: float
+    left_out: tuple[int, ...]
+
+
+def optional_paths(pieces: Sequence[PlannedTest]) -> list[int]:
+    """Numbers of the paths that a law of two strains may leave out: those that the macro model does not repeat."""
+    return [k for k, piece in enumerate(pieces) if piece.angle not in REPEATED]
+
+
+def biaxial_table(paths: Sequence[tuple[Array, Array]], optional: Sequence[int] = ()) -> PathLaw:
+    """Table of the energy that fits ``paths`` of rising angle best, inside them.
+
+    Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each. The ``optional`` paths are left
+    out where no convex energy has their forces beside those of the others, the worst one first.
     """
+    kept, left_out = list(range(len(paths))), tuple[int, ...]()
+    while True:
+        try:
+            table, deviation = _fit_table([paths[k] for k in kept])
+        except NoConvexEnergyError as error:
+            worst = kept[error.row // PATH_ROWS]
+            if worst not in optional or len(left_out) == MOST_LEFT_OUT:
+                raise
+            kept.remove(worst)
+            left_out = (*left_out, worst)
+        else:
+            return PathLaw(table, deviation, left_out)
+
+
+def _fit_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, float]:
+    """Table of the energy that fits ``paths`` best, and the deviation of their forces."""
     ends, strains, forces = [], [], []
     for strain, force in paths:
         even = np.linspace(0.0, 1.0, PATH_ROWS) * float(np.abs(strain).max())
@@ -210,11 +251,12 @@ def _last_contraction(along: Array, cross: Array) -> int:
     """Number of strains ``along`` a direction up to which the paths reach the free contraction of strips: the ``cross``
     forces (n, m), those of the other direction, then include one that pushes, or hardly any.
 
-    Near zero strain, between the paths, the table may have too few rows to show it.
+    Near zero strain, between the paths, the table may have too few rows to show it. Beyond, there are no gaps.
     """
     slack = SLACK * float(np.nanmax(np.abs(cross)))
     reached = (along <= 0.0) | (np.fmin.reduce(cross, axis=1) <= slack)
-    return 1 + int(np.flatnonzero(reached).max())
+    gaps = np.flatnonzero(~reached & (along > NEAR_ZERO * along[-1]))
+    return 1 + int(np.flatnonzero(reached[: gaps[0]] if len(gaps) else reached).max())
 
 
 def _is_between(grid: Array, corners: Array) -> NDArray[np.bool_]:
@@ -254,6 +296,8 @@ class MacroCard:
     biaxial: BiaxialTable | None = None
     #: largest deviation of the forces of the paths from those of an energy, over the largest force
     deviation: float = 0.0
+    #: paths that the table leaves out
+    left_out: tuple[int, ...] = ()
 
 
 def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
@@ -274,7 +318,8 @@ def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
         elif piece.direction:
             bending[piece.direction] = bending_stiffness(test)
     if paths:
-        return MacroCard(tension, shear, bending, tests, *biaxial_table([strain_path(test) for test in paths]))
+        optional = optional_paths([piece for piece in tests if piece.angle is not None])
+        return MacroCard(tension, shear, bending, tests, *biaxial_table([strain_path(t) for t in paths], optional))
     return MacroCard(tension, shear, bending, tests)
 
 
@@ -311,6 +356,7 @@ def card_numbers(card: MacroCard) -> dict[str, float]:
     if card.biaxial is not None:
         found["biaxial, largest warp strain [%]"] = 100.0 * float(card.biaxial.warp[-1])
         found["biaxial, largest weft strain [%]"] = 100.0 * float(card.biaxial.weft[-1])
+        found["biaxial, paths left out"] = float(len(card.left_out))
         found["biaxial, deviation from an energy beyond 3 % of the strain [%]"] = 100.0 * card.deviation
     for direction in DIRECTIONS:
         if direction in card.tension:
