@@ -177,6 +177,8 @@ def reached_share(test: FinishedTest) -> float:
 
 #: largest force of a table over that of its paths
 BEYOND_PATHS = 1.1
+#: fall of a force between two rows of a table, over its largest one, from which on it is an overshoot
+OVERSHOOT = 0.02
 #: paths that a law of two strains may leave out, as loops on them jump from one state to another
 MOST_LEFT_OUT = 2
 
@@ -234,6 +236,7 @@ def _fit_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, floa
     found[known] = sample_table(grid[known], law)[:, :2]
     # the straight line between the ends of two paths may lie beyond the strains where loops lock
     found[(np.abs(found) > BEYOND_PATHS * np.abs(np.vstack(forces)).max(axis=0)).any(axis=-1)] = np.nan
+    found[_falls(found)] = np.nan
     found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
     ends = [_last_contraction(lines[i], np.moveaxis(found[..., 1 - i], i, 0)) for i in range(2)]
     return BiaxialTable(lines[0][: ends[0]], lines[1][: ends[1]], found[: ends[0], : ends[1]]), deviation
@@ -257,6 +260,19 @@ def _last_contraction(along: Array, cross: Array) -> int:
     reached = (along <= 0.0) | (np.fmin.reduce(cross, axis=1) <= slack)
     gaps = np.flatnonzero(~reached & (along > NEAR_ZERO * along[-1]))
     return 1 + int(np.flatnonzero(reached[: gaps[0]] if len(gaps) else reached).max())
+
+
+def _falls(force: Array) -> NDArray[np.bool_]:
+    """Tell where a ``force`` (n, m, 2) falls to the next strain of its own direction: the spline of an energy may
+    overshoot where loops are piled up.
+    """
+    falls = np.zeros(force.shape[:-1], bool)
+    for axis in range(2):
+        own = force[..., axis]
+        least = OVERSHOOT * float(np.nanmax(np.abs(own)))
+        first = (slice(None),) * axis + (slice(None, -1),)
+        falls[first] |= np.diff(own, axis=axis) < -least
+    return falls
 
 
 def _is_between(grid: Array, corners: Array) -> NDArray[np.bool_]:
