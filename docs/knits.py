@@ -26,11 +26,13 @@ from knittest.export.summary import timestamp
 HERE = Path(__file__).parent
 STORE, PICTURES = HERE / "knits.json", HERE / "knits"
 KNITS = ("jersey", "garter", "rib", "seed")
-#: largest strain [%] of cells, which end at :data:`FORCE`, by fabric and direction; else :data:`MOST`
+#: largest strain [%] of cells free to contract, which end at :data:`FORCE`, by fabric and direction; else :data:`MOST`
 STRAINS, MOST = (
     {("rib", "weft"): 230.0, ("garter", "warp"): 160.0, ("seed", "weft"): 160.0, ("seed", "warp"): 160.0},
     90.0,
 )
+#: the same of cells of constant width, over the largest measured strain
+HELD = 1.2
 #: force per width [N/mm] at which cells and specimens end, and forces at which curves are compared
 FORCE, COMPARED_AT = 0.22, (0.05, 0.1, 0.15, 0.2)
 #: deviation of the force at equal strain [-], or of the strain in standard deviations, up to which a point agrees
@@ -69,9 +71,10 @@ def run_cell(knit: str, direction: str, transverse: str, folder: Path) -> dict[s
     """Curve of the cell: strain [-], force per width [N/mm], transverse strain [-]."""
     import knittest
 
-    settings = {
-        "rig.max_strain": STRAINS.get((knit, direction), MOST), "rig.max_force": FORCE, "rig.transverse": transverse,
-    }  # fmt: skip
+    most = STRAINS.get((knit, direction), MOST)
+    if transverse == "held":
+        most = round(100.0 * HELD * float(measured(knit, direction).strain.max()), 1)
+    settings = {"rig.max_strain": most, "rig.max_force": FORCE, "rig.transverse": transverse}
     run = knittest.cell(
         f"acrylic-{knit}", preset="quick", path=direction, set=settings, out=folder / f"{direction}-{transverse}",
         frames=False, pictures=False,
@@ -97,7 +100,8 @@ def run_specimen(knit: str, direction: str, folder: Path) -> dict[str, Any]:
     force = run.curve["force_n"] / size.width
     contraction = float(run.results["contraction_pct"]) if "contraction_pct" in run.results else float("nan")
     found = _curve(run.curve["strain_pct"], force, np.full(len(force), np.nan), "; ".join(run.quality_checks.refused))
-    return found | {"contraction": round(0.01 * contraction, 4)}
+    law = run.config["fabric"]["macro"]["biaxial"]["ref"]
+    return found | {"contraction": round(0.01 * contraction, 4), "law": law}
 
 
 def _curve(strain: Any, force: Any, transverse: Any, rejected: str) -> dict[str, Any]:

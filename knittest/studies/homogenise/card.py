@@ -48,6 +48,8 @@ NEAR_ZERO = 0.1
 LEAST_TANGENT = 0.01
 #: rows of a path of both strains, and intervals of the table from 0 to its highest strains
 PATH_ROWS, GRID = 81, 24
+#: the same intervals of yarns with a soft shell: the table ends up to one interval before the free contraction does
+SOFT_GRID = 48
 #: share of the planned strain by which a path that ends early is shorter
 AT_THE_END = 1e-3
 #: share of the largest strain at the ends of all paths from which on the end of one path is about the same
@@ -191,13 +193,18 @@ class PathLaw(NamedTuple):
     left_out: tuple[int, ...]
 
 
+def grid_of(fabric: Fabric) -> int:
+    """Intervals of the table of the law of two strains of ``fabric``."""
+    return SOFT_GRID if fabric.has_soft_yarns else GRID
+
+
 def optional_paths(pieces: Sequence[PlannedTest]) -> list[int]:
     """Numbers of the paths that a law of two strains may leave out: those that the macro model does not repeat."""
     return [k for k, piece in enumerate(pieces) if piece.angle not in REPEATED]
 
 
-def biaxial_table(paths: Sequence[tuple[Array, Array]], optional: Sequence[int] = ()) -> PathLaw:
-    """Table of the energy that fits ``paths`` of rising angle best, inside them.
+def biaxial_table(paths: Sequence[tuple[Array, Array]], optional: Sequence[int] = (), grid: int = GRID) -> PathLaw:
+    """Table of the energy that fits ``paths`` of rising angle best, inside them, with ``grid`` intervals.
 
     Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each. The ``optional`` paths are left
     out where no convex energy has their forces beside those of the others, the worst one first.
@@ -205,7 +212,7 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]], optional: Sequence[int] 
     kept, left_out = list(range(len(paths))), tuple[int, ...]()
     while True:
         try:
-            table, deviation = _fit_table([paths[k] for k in kept])
+            table, deviation = _fit_table([paths[k] for k in kept], grid)
         except NoConvexEnergyError as error:
             worst = kept[error.row // PATH_ROWS]
             if worst not in optional or len(left_out) == MOST_LEFT_OUT:
@@ -216,8 +223,8 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]], optional: Sequence[int] 
             return PathLaw(table, deviation, left_out)
 
 
-def _fit_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, float]:
-    """Table of the energy that fits ``paths`` best, and the deviation of their forces."""
+def _fit_table(paths: Sequence[tuple[Array, Array]], intervals: int) -> tuple[BiaxialTable, float]:
+    """Table of the energy that fits ``paths`` best, with ``intervals``, and the deviation of their forces."""
     ends, strains, forces = [], [], []
     for strain, force in paths:
         even = np.linspace(0.0, 1.0, PATH_ROWS) * float(np.abs(strain).max())
@@ -227,8 +234,8 @@ def _fit_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, floa
         ends.append(strain[-1])
     forces = [force - forces[0][0] for force in forces]  # a relaxed cell is free of stress, up to its residual
     strain, corners = np.vstack(strains), np.array(ends)
-    step = np.array([_last_strain(corners, i) for i in range(2)]) / GRID
-    lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), GRID + 1) for i in range(2)]
+    step = np.array([_last_strain(corners, i) for i in range(2)]) / intervals
+    lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), intervals + 1) for i in range(2)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     found = np.full(grid.shape, np.nan)
     known = _is_between(grid, corners)
@@ -335,7 +342,8 @@ def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
             bending[piece.direction] = bending_stiffness(test)
     if paths:
         optional = optional_paths([piece for piece in tests if piece.angle is not None])
-        return MacroCard(tension, shear, bending, tests, *biaxial_table([strain_path(t) for t in paths], optional))
+        law = biaxial_table([strain_path(test) for test in paths], optional, grid_of(paths[0].run.fabric))
+        return MacroCard(tension, shear, bending, tests, *law)
     return MacroCard(tension, shear, bending, tests)
 
 

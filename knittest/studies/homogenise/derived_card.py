@@ -309,7 +309,7 @@ def _fields(part: str, fabric: Fabric, numbers: Mapping[PlannedTest, PathResult]
     pieces = _paths_of(fabric, [part])
     if pieces[0].angle is not None:
         paths = [(numbers[piece].x, numbers[piece].y) for piece in pieces]
-        table, _, left_out = card.biaxial_table(paths, card.optional_paths(pieces))
+        table, _, left_out = card.biaxial_table(paths, card.optional_paths(pieces), card.grid_of(fabric))
         without = ", ".join(f"{pieces[k].angle:g}" for k in left_out)
         if without:
             _tell_once(
