@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 
 from docs.gallery import keep
 from knittest.base.figure import BLUE, GREY, RED, new_figure, save, style_axes
@@ -100,7 +101,8 @@ def run_specimen(knit: str, direction: str, folder: Path) -> dict[str, Any]:
     force = run.curve["force_n"] / size.width
     contraction = float(run.results["contraction_pct"]) if "contraction_pct" in run.results else float("nan")
     found = _curve(run.curve["strain_pct"], force, np.full(len(force), np.nan), "; ".join(run.quality_checks.refused))
-    law = run.config["fabric"]["macro"]["biaxial"]["ref"]
+    config = yaml.safe_load((run.folder / "config.yaml").read_text(encoding="utf-8"))
+    law = config["fabric"]["macro"]["biaxial"]["ref"]
     return found | {"contraction": round(0.01 * contraction, 4), "law": law}
 
 
