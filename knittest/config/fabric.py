@@ -212,7 +212,7 @@ class Fabric(Strict):
     @model_validator(mode="before")
     @classmethod
     def _follows_its_yarns(cls, data: object) -> Any:
-        """Derive area mass and thickness from yarns with a data sheet where they are not given."""
+        """Derive area mass and thickness from yarns with a data sheet, or soft ones, where they are not given."""
         if not isinstance(data, Mapping):
             return data
         needed = [name for name in ("area_mass", "thickness") if name not in data or is_filled(data[name])]
@@ -230,7 +230,9 @@ class Fabric(Strict):
             yarns = [*(layer.yarn for layer in fabric.inlays), fabric.knitting]
         except (KeyError, TypeError, ValidationError, BoundsError):  # the fields themselves say what is wrong
             return data
-        if (fabric.layers is None and fabric.reinforcing is None) or any(yarn.fibre is None for yarn in yarns):
+        if fabric.layers is None and fabric.reinforcing is None:
+            return data
+        if not fabric.has_soft_yarns and any(yarn.fibre is None for yarn in yarns):
             return data
         if min(fabric.warp_density.value, fabric.weft_density.value, fabric.loop_length.value) <= 0.0:
             return data

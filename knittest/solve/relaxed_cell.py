@@ -21,7 +21,8 @@ from knittest.base.errors import InputError
 from knittest.base.history import InitialEquilibrium
 from knittest.base.progress import tell
 from knittest.config.base import Quantity
-from knittest.config.run import Run
+from knittest.config.fabric import Fabric
+from knittest.config.run import RUNS, Run
 from knittest.fabric.cell import CellSpec
 from knittest.fabric.relaxation import keep_cell, relaxed_cell, settled_cell
 from knittest.models.crossings import Crossings, initial_equilibrium
@@ -296,6 +297,14 @@ def with_rest_spacing(run: Run) -> Run:
     fabric = fabric.model_copy(update=densities)
     keep_cell(settled_cell(fabric, [np.array(points) for points in found["points"]]))
     return run.model_copy(update={"fabric": fabric})
+
+
+def relaxed_fabric(fabric: Fabric) -> Fabric:
+    """``fabric`` with the spacings of :func:`with_rest_spacing` at the usual mesh; unchanged without soft yarns."""
+    if not fabric.has_yarns or not fabric.has_soft_yarns:
+        return fabric
+    run = RUNS["cell"].model_validate({"fabric": fabric, "rig": {"kind": "cell"}, "model": {"scale": "meso"}})
+    return with_rest_spacing(run.with_fine_loops()).fabric
 
 
 def _check_soft_run(run: Run) -> None:

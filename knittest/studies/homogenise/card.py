@@ -243,7 +243,7 @@ def _fit_table(paths: Sequence[tuple[Array, Array]], intervals: int) -> tuple[Bi
     found[known] = sample_table(grid[known], law)[:, :2]
     # the straight line between the ends of two paths may lie beyond the strains where loops lock
     found[(np.abs(found) > BEYOND_PATHS * np.abs(np.vstack(forces)).max(axis=0)).any(axis=-1)] = np.nan
-    found[_falls(found)] = np.nan
+    found[_overshoots(grid, found)] = np.nan
     found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
     ends = [_last_contraction(lines[i], np.moveaxis(found[..., 1 - i], i, 0)) for i in range(2)]
     return BiaxialTable(lines[0][: ends[0]], lines[1][: ends[1]], found[: ends[0], : ends[1]]), deviation
@@ -269,17 +269,18 @@ def _last_contraction(along: Array, cross: Array) -> int:
     return 1 + int(np.flatnonzero(reached[: gaps[0]] if len(gaps) else reached).max())
 
 
-def _falls(force: Array) -> NDArray[np.bool_]:
-    """Tell where a ``force`` (n, m, 2) falls to the next strain of its own direction: the spline of an energy may
-    overshoot where loops are piled up.
+def _overshoots(grid: Array, force: Array) -> NDArray[np.bool_]:
+    """Tell where the own force falls to the next strain of ``grid`` (n, m, 2), and beyond, in the corner of the table:
+    the spline of an energy may overshoot where loops are piled up.
     """
-    falls = np.zeros(force.shape[:-1], bool)
+    found = np.zeros(force.shape[:-1], bool)
     for axis in range(2):
         own = force[..., axis]
-        least = OVERSHOOT * float(np.nanmax(np.abs(own)))
         first = (slice(None),) * axis + (slice(None, -1),)
-        falls[first] |= np.diff(own, axis=axis) < -least
-    return falls
+        falls = np.diff(own, axis=axis) < -OVERSHOOT * float(np.nanmax(np.abs(own)))
+        for corner in grid[first][falls]:
+            found |= (grid * np.sign(corner) >= np.abs(corner) - 1e-12).all(axis=-1)
+    return found
 
 
 def _is_between(grid: Array, corners: Array) -> NDArray[np.bool_]:
