@@ -1,11 +1,28 @@
 """Markdown of docs/acrylic-knits.md: from docs/knits.json, the measured curves and the shipped fabric files."""
 
+from math import isnan, nan
 from typing import Any
 
 from docs import knits
 from docs.generate_config import table
-from docs.knits import COMPARED_AT, DEVIATION, DEVIATIONS, KNITS, LABELS, MODELS, deviations, measured
+from docs.knits import (
+    COMPARED_AT,
+    DEVIATION,
+    DEVIATIONS,
+    KNITS,
+    LABELS,
+    MODELS,
+    ORDER_AT,
+    TRANSVERSE_AT,
+    bracket,
+    deviations,
+    measured,
+    measured_at,
+    strain_at,
+)
 from knittest.config.loading import resolve
+from knittest.config.structure import DIRECTIONS
+from knittest.studies.homogenise.derived_card import WITHOUT
 
 INTRO = f"""
 # Acrylic knits
@@ -70,10 +87,14 @@ The relaxed jersey has wales of 2.908 mm and courses of 2.095 mm. An independent
 """.strip()
 
 
+CAUSES: dict[tuple[str, str], str] = {}
+
+
 def knits_page() -> str:
     """The whole page."""
     stored = knits.load()
-    return "\n\n".join([INTRO, "## Result", *_result(stored), *_fabrics(stored), LIMITS]) + "\n"
+    parts = [*_result(stored), *_order(stored), *_transverse(stored), *_causes(stored), *_fabrics(stored)]
+    return "\n\n".join([INTRO, "## Result", *parts, LIMITS]) + "\n"
 
 
 def _result(stored: dict[str, Any]) -> list[str]:
@@ -89,6 +110,81 @@ def _result(stored: dict[str, Any]) -> list[str]:
     total = ", ".join(f"{LABELS[m]}: {agree[m]} of {compared[m]} agree" for m in MODELS if compared[m])
     text = "Range of the deviation of the force at equal strain, at the compared forces that both curves reach."
     return [text, table(("fabric", "along", *(LABELS[model] for model in MODELS)), rows), f"{total}."]
+
+
+def _order(stored: dict[str, Any]) -> list[str]:
+    """Order of the strains of all fabrics along each direction, and the anisotropy of each fabric."""
+    strains: dict[str, dict[tuple[str, str], float]] = {"measured": {}}
+    for knit in KNITS:
+        for direction in DIRECTIONS:
+            found = measured(knit, direction)
+            strains["measured"][knit, direction] = float(found.strain[measured_at(found, ORDER_AT)])
+            for model, curve in stored.get(knit, {}).get(direction, {}).items():
+                strains.setdefault(model, {})[knit, direction] = strain_at(curve, ORDER_AT)
+    names = ["measured", *(model for model in MODELS if model in strains)]
+    rows = []
+    for direction in ("weft", "warp"):
+        orders = [_order_text(strains[name], direction) for name in names]
+        rows.append([f"order along the {direction}", *orders])
+    for knit in KNITS:
+        ratios = [strains[n].get((knit, "weft"), nan) / strains[n].get((knit, "warp"), nan) for n in names]
+        rows.append([f"{knit}: weft over warp strain", *(_number(ratio, ".2f") for ratio in ratios)])
+    head = ("", "measured", *(LABELS[name] for name in names[1:]))
+    text = f"Strains at {ORDER_AT:g} N/mm: order of the fabrics, the least strain first, and anisotropy of each fabric."
+    return ["### Order and anisotropy", text, table(head, rows)]
+
+
+def _order_text(strains: dict[tuple[str, str], float], direction: str) -> str:
+    known = {knit: strains[knit, direction] for knit in KNITS if strains.get((knit, direction), nan) > 0.0}
+    return ", ".join(sorted(known, key=known.__getitem__)) or "-"
+
+
+def _transverse(stored: dict[str, Any]) -> list[str]:
+    """Transverse strains, measured and simulated."""
+    rows = []
+    for knit in KNITS:
+        for direction in ("weft", "warp"):
+            found, curves = measured(knit, direction), stored.get(knit, {}).get(direction, {})
+            for at in TRANSVERSE_AT:
+                free = strain_at(curves["free"], at, 2) if "free" in curves else nan
+                last = at == TRANSVERSE_AT[-1] and "specimen" in curves
+                specimen = -curves["specimen"]["contraction"] if last else nan
+                known = float(found.transverse[measured_at(found, at)])
+                rows.append([knit, direction, f"{at:g}", *(_number(v, ".3f") for v in (known, free, specimen))])
+    head = ("fabric", "along", "force [N/mm]", "measured", LABELS["free"], LABELS["specimen"])
+    text = (
+        "Transverse strain. That of the specimen is the contraction in the middle of its length at its largest force, "
+        "0.22 N/mm."
+    )
+    return ["### Transverse strain", text, table(head, rows)]
+
+
+def _causes(stored: dict[str, Any]) -> list[str]:
+    """Where measured curves lie beside both cells, and the most probable cause of each failed curve."""
+    rows = []
+    for knit in KNITS:
+        for direction in ("weft", "warp"):
+            found, curves = measured(knit, direction), stored.get(knit, {}).get(direction, {})
+            size = f"{found.width:g} x {found.length:g}"
+            rows.append([knit, direction, size, *(bracket(found, curves, at) for at in (0.05, 0.1)),
+                         CAUSES.get((knit, direction), "-")])  # fmt: skip
+    head = ("fabric", "along", "width x length [mm]", "at 0.05 N/mm", "at 0.1 N/mm", "most probable cause")
+    text = (
+        "Where the measured curve lies beside the cells, and why the models fail. A curve outside of both cells cannot "
+        "come from the clamps: there the yarn of the model, or the state of the fabric before the test, is not that of "
+        "the experiment."
+    )
+    left_out = [
+        f"{knit}: {curves[d]['specimen']['law'].partition(WITHOUT)[2]}"
+        for knit, curves in stored.items() for d in DIRECTIONS[:1]
+        if WITHOUT in curves.get(d, {}).get("specimen", {}).get("law", "")
+    ]  # fmt: skip
+    note = f"Loops jump between two states on some paths, which the law leaves out: {'; '.join(left_out)}."
+    return ["### Why curves fail", text, table(head, rows), *([note] if left_out else [])]
+
+
+def _number(value: float, form: str) -> str:
+    return "-" if isnan(value) else format(value, form)
 
 
 def _verdict(knit: str, direction: str, stored: dict[str, Any], model: str) -> str:

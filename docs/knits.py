@@ -140,6 +140,35 @@ def deviations(found: Measured, curve: dict[str, Any]) -> list[Deviation]:
     return rows
 
 
+#: force per width [N/mm] at which strains of directions and fabrics, and transverse strains, are compared
+ORDER_AT, TRANSVERSE_AT = 0.1, (0.1, 0.2)
+
+
+def strain_at(curve: dict[str, Any], force: float, column: int = 0) -> float:
+    """Strain [-] of a stored curve at ``force`` per width, or another ``column`` of it; nan beyond its end."""
+    points = np.array([[np.nan if value is None else value for value in row] for row in curve["points"]])
+    rising = np.maximum.accumulate(points[:, 1])
+    return float(np.interp(force, rising, points[:, column], right=np.nan))
+
+
+def measured_at(found: Measured, force: float) -> int:
+    """Row of the measured curve nearest to ``force`` per width."""
+    return int(np.argmin(np.abs(found.force - force)))
+
+
+def bracket(found: Measured, curves: dict[str, Any], force: float) -> str:
+    """Say where the measured strain lies at ``force``: between the cells of constant width and free to contract."""
+    if not {"free", "held"} <= set(curves):
+        return "-"
+    strain = float(found.strain[measured_at(found, force)])
+    held, free = (strain_at(curves[name], force) for name in ("held", "free"))
+    if np.isnan(held) or np.isnan(free):
+        return "-"
+    if strain < held:
+        return "stiffer than both"
+    return "softer than both" if strain > free else f"between, {100.0 * (strain - held) / (free - held):.0f} % free"
+
+
 def draw(knit: str, stored: dict[str, Any]) -> None:
     """Draw the curves of both directions beside the measured ones."""
     figure = new_figure(8.0, 3.0)

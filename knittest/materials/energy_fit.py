@@ -39,9 +39,9 @@ BEYOND, CELLS = 0.1, 128
 
 
 class NoConvexEnergyError(InputError):
-    """No convex energy gives the forces; ``row`` is that of the largest deviation."""
+    """No convex energy gives the forces; ``deviation`` over the largest force [-]."""
 
-    row: int
+    deviation: float
 
 
 class BiaxialLaw(NamedTuple):
@@ -142,7 +142,7 @@ def fit_energy(strain: Array, force: Array, where: str) -> tuple[BiaxialLaw, flo
             f"{place_of(strain[worst[0]])}; expected forces that rise and give no work on closed paths: take all of "
             "them from loading, without friction, at closer strains, or smooth them"
         )
-        error.row = int(worst[0])
+        error.deviation = deviation
         raise error
     return law, deviation
 

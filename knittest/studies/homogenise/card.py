@@ -206,21 +206,30 @@ def optional_paths(pieces: Sequence[PlannedTest]) -> list[int]:
 def biaxial_table(paths: Sequence[tuple[Array, Array]], optional: Sequence[int] = (), grid: int = GRID) -> PathLaw:
     """Table of the energy that fits ``paths`` of rising angle best, inside them, with ``grid`` intervals.
 
-    Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each. The ``optional`` paths are left
-    out where no convex energy has their forces beside those of the others, the worst one first.
+    Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each. Where no convex energy has all
+    their forces, those ``optional`` paths are left out without which the others deviate least.
     """
-    kept, left_out = list(range(len(paths))), tuple[int, ...]()
-    while True:
-        try:
-            table, deviation = _fit_table([paths[k] for k in kept], grid)
-        except NoConvexEnergyError as error:
-            worst = kept[error.row // PATH_ROWS]
-            if worst not in optional or len(left_out) == MOST_LEFT_OUT:
-                raise
-            kept.remove(worst)
-            left_out = (*left_out, worst)
-        else:
-            return PathLaw(table, deviation, left_out)
+    left_out: tuple[int, ...] = ()
+    found = _try_fit(paths, left_out, grid)
+    while isinstance(found, NoConvexEnergyError):
+        candidates = [(*left_out, k) for k in optional if k not in left_out]
+        if not candidates or len(left_out) == MOST_LEFT_OUT:
+            raise found
+        fits = {one: _try_fit(paths, one, grid) for one in candidates}
+        left_out = min(candidates, key=lambda one: fits[one].deviation)
+        found = fits[left_out]
+    return found
+
+
+def _try_fit(
+    paths: Sequence[tuple[Array, Array]], left_out: tuple[int, ...], grid: int
+) -> PathLaw | NoConvexEnergyError:
+    """Law of the ``paths`` that are not ``left_out``, or the error that they have no convex energy."""
+    try:
+        table, deviation = _fit_table([path for k, path in enumerate(paths) if k not in left_out], grid)
+    except NoConvexEnergyError as error:
+        return error
+    return PathLaw(table, deviation, left_out)
 
 
 def _fit_table(paths: Sequence[tuple[Array, Array]], intervals: int) -> tuple[BiaxialTable, float]:
