@@ -82,8 +82,8 @@ The relaxed jersey has wales of 2.908 mm and courses of 2.095 mm. An independent
 - The outer and core diameters differ from fabric to fabric although the yarn is one. No set of the yarn alone gives all
   four fabrics.
 - Friction of the yarns is not known and taken as none.
-- Beams at the preset `quick` are 0.58 (jersey), 0.65 (rib), 0.69 (garter) and 0.92 (seed) of the core long. Straight
-  yarns that cross press each other within 10 % of the closed form at 0.55. So the seed is not independent of the mesh.
+- Beams are 0.58 (jersey), 0.65 (rib) and 0.69 (garter, seed) of the core long. Straight yarns that cross press each
+  other within 10 % of the closed form at 0.55.
 """.strip()
 
 
