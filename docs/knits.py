@@ -32,7 +32,7 @@ STRAINS, MOST = (
     {("rib", "weft"): 230.0, ("garter", "warp"): 160.0, ("seed", "weft"): 160.0, ("seed", "warp"): 160.0},
     90.0,
 )
-#: the same of cells of constant width, over the largest measured strain
+#: the same of cells of constant width and of specimens, over the largest measured strain
 HELD = 1.2
 #: force per width [N/mm] at which cells and specimens end, and forces at which curves are compared
 FORCE, COMPARED_AT = 0.22, (0.05, 0.1, 0.15, 0.2)
@@ -75,7 +75,9 @@ def run_cell(knit: str, direction: str, transverse: str, folder: Path) -> dict[s
     most = STRAINS.get((knit, direction), MOST)
     if transverse == "held":
         most = round(100.0 * HELD * float(measured(knit, direction).strain.max()), 1)
-    settings = {"rig.max_strain": most, "rig.max_force": FORCE, "rig.transverse": transverse}
+    # the force across ends a cell of constant width too
+    force = FORCE if transverse == "free" else 2.0 * FORCE
+    settings = {"rig.max_strain": most, "rig.max_force": force, "rig.transverse": transverse}
     run = knittest.cell(
         f"acrylic-{knit}", preset="quick", path=direction, set=settings, out=folder / f"{direction}-{transverse}",
         frames=False, pictures=False,
@@ -93,7 +95,10 @@ def run_specimen(knit: str, direction: str, folder: Path) -> dict[str, Any]:
     import knittest
 
     size = measured(knit, direction)
-    settings = {"rig.width": size.width, "rig.gauge_length": size.length, "rig.max_force": FORCE}
+    most = round(100.0 * HELD * float(size.strain.max()), 1)
+    settings = {
+        "rig.width": size.width, "rig.gauge_length": size.length, "rig.max_force": FORCE, "rig.max_strain": most,
+    }  # fmt: skip
     run = knittest.tensile(
         f"acrylic-{knit}", scale="macro", direction=direction, set=settings, out=folder / f"{direction}-strip",
         frames=False, pictures=False,

@@ -6,7 +6,8 @@ loops, and whether they lock.
 
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cache
 from math import ceil
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knittest.base.cache import Damaged, cache_folder, load_cached, save_cached
-from knittest.base.errors import InputError
+from knittest.base.errors import InputError, NumericalError
 from knittest.base.history import InitialEquilibrium
 from knittest.base.progress import tell
 from knittest.config.base import Quantity
@@ -274,6 +275,8 @@ def _largest_shortening(run: Run, at: Callable[[float], RelaxedCell], locked: fl
 FREE_AT_REST, FREE_PATIENT, CALLS = 1e-4, 20_000, 6
 #: residual up to which the fabric is at rest nevertheless: slack loops creep
 FREE_RESTLESS = 1e-3
+#: spacings over the stated ones from which the relaxation may start
+START_SHARES = (1.0, 0.9, 0.8, 0.7)
 #: origin of relaxed spacings
 RELAXED = "relaxed fabric"
 #: length of beams over the diameter of the core that is refused, and one that is fine: straight yarns that cross press
@@ -293,8 +296,7 @@ def with_rest_spacing(run: Run) -> Run:
     found = load_or_compute(run, {"free": [FREE_AT_REST, FREE_PATIENT, CALLS]}, lambda: _relax_freely(run))
     fabric, (across, along) = run.fabric, CellSpec.of(run.fabric).repeat
     spacing = {"warp_density": found["size"][0] / across, "weft_density": found["size"][1] / along}
-    densities = {name: Quantity(value=100.0 / pitch, source="derived", ref=RELAXED) for name, pitch in spacing.items()}
-    fabric = fabric.model_copy(update=densities)
+    fabric = fabric.model_copy(update=_densities(spacing, RELAXED))
     keep_cell(settled_cell(fabric, [np.array(points) for points in found["points"]]))
     return run.model_copy(update={"fabric": fabric})
 
@@ -325,12 +327,29 @@ def _check_soft_run(run: Run) -> None:
         )
 
 
+def _start_fabric(fabric: Fabric) -> Fabric:
+    """``fabric`` at its stated spacings, or at the first smaller ones at which its loops do not lock."""
+    for share in START_SHARES:
+        pitches = {"warp_density": share * fabric.wale_spacing, "weft_density": share * fabric.course_spacing}
+        closer = fabric if share == 1.0 else fabric.model_copy(update=_densities(pitches, "start of the relaxation"))
+        with suppress(InputError, NumericalError):
+            relaxed_cell(closer)
+            return closer
+    return fabric
+
+
+def _densities(pitches: Mapping[str, float], ref: str) -> dict[str, Quantity]:
+    """Densities of spacings ``pitches`` [mm]."""
+    return {name: Quantity(value=100.0 / pitch, source="derived", ref=ref) for name, pitch in pitches.items()}
+
+
 def _relax_freely(run: Run) -> Numbers:
     """Size (2,) [mm] of the cell of ``run`` without mean stress, and the nodes of its yarns."""
     none = Quantity(value=0.0, source="derived", ref="relaxed fabric")
     contact = run.fabric.contact.model_copy(update={"friction_coefficient": none, "static_friction_coefficient": None})
-    smooth = run.model_copy(update={"fabric": run.fabric.model_copy(update={"contact": contact})})
-    model = build_meso_cell(smooth, relaxed_cell(run.fabric), 1, 1)
+    start = _start_fabric(run.fabric)
+    smooth = run.model_copy(update={"fabric": start.model_copy(update={"contact": contact})})
+    model = build_meso_cell(smooth, relaxed_cell(start), 1, 1)
     body = PeriodicBody(model, run.solver.safety, threads=1)
     body.free("ax", "by")
     for _ in range(CALLS):
