@@ -3,6 +3,8 @@
 from math import isnan, nan
 from typing import Any
 
+import numpy as np
+
 from docs import knits
 from docs.generate_config import table
 from docs.knits import (
@@ -87,7 +89,9 @@ The relaxed jersey has wales of 2.908 mm and courses of 2.095 mm. An independent
 """.strip()
 
 
-CAUSES: dict[tuple[str, str], str] = {}
+CAUSES = """
+TODO
+""".strip()
 
 
 def knits_page() -> str:
@@ -166,13 +170,18 @@ def _causes(stored: dict[str, Any]) -> list[str]:
         for direction in ("weft", "warp"):
             found, curves = measured(knit, direction), stored.get(knit, {}).get(direction, {})
             size = f"{found.width:g} x {found.length:g}"
-            rows.append([knit, direction, size, *(bracket(found, curves, at) for at in (0.05, 0.1)),
-                         CAUSES.get((knit, direction), "-")])  # fmt: skip
-    head = ("fabric", "along", "width x length [mm]", "at 0.05 N/mm", "at 0.1 N/mm", "most probable cause")
+            places = (bracket(found, curves, at) for at in (0.05, 0.1))
+            laws = (_law_error(curves, at) for at in (0.05, 0.1))
+            rows.append([knit, direction, size, *places, *laws])
+    head = (
+        "fabric", "along", "width x length [mm]", "measured at 0.05 N/mm", "measured at 0.1 N/mm", "law at 0.05 N/mm",
+        "law at 0.1 N/mm",
+    )  # fmt: skip
     text = (
         "Where the measured curve lies beside the cells, and why the models fail. A curve outside of both cells cannot "
         "come from the clamps: there the yarn of the model, or the state of the fabric before the test, is not that of "
-        "the experiment."
+        "the experiment. The last columns are the error of the law of two strains: its force at free contraction over "
+        "that of the free cell at equal strain."
     )
     left_out = [
         f"{knit}: {curves[d]['specimen']['law'].partition(WITHOUT)[2]}"
@@ -180,7 +189,16 @@ def _causes(stored: dict[str, Any]) -> list[str]:
         if WITHOUT in curves.get(d, {}).get("specimen", {}).get("law", "")
     ]  # fmt: skip
     note = f"Loops jump between two states on some paths, which the law leaves out: {'; '.join(left_out)}."
-    return ["### Why curves fail", text, table(head, rows), *([note] if left_out else [])]
+    return ["### Why curves fail", text, table(head, rows), *([note] if left_out else []), CAUSES]
+
+
+def _law_error(curves: dict[str, Any], at: float) -> str:
+    """Deviation of the force of the law at free contraction from that of the free cell at equal strain."""
+    if "free" not in curves or "law_free" not in curves.get("specimen", {}):
+        return "-"
+    strain, force = np.array(curves["specimen"]["law_free"]).T
+    simulated = float(np.interp(strain_at(curves["free"], at), strain, force, right=nan))
+    return f"{100.0 * (simulated / at - 1.0):+.0f} %" if simulated == simulated else "-"
 
 
 def _number(value: float, form: str) -> str:

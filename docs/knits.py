@@ -15,14 +15,16 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 
 from docs.gallery import keep
 from knittest.base.figure import BLUE, GREY, RED, new_figure, save, style_axes
 from knittest.base.files import data_dir
+from knittest.config.loading import resolve
 from knittest.config.structure import DIRECTIONS
 from knittest.export.identity import git_commit
 from knittest.export.summary import timestamp
+from knittest.laboratory.base import biaxial_table
+from knittest.materials.laminate import fit_table
 
 HERE = Path(__file__).parent
 STORE, PICTURES = HERE / "knits.json", HERE / "knits"
@@ -106,9 +108,11 @@ def run_specimen(knit: str, direction: str, folder: Path) -> dict[str, Any]:
     force = run.curve["force_n"] / size.width
     contraction = float(run.results["contraction_pct"]) if "contraction_pct" in run.results else float("nan")
     found = _curve(run.curve["strain_pct"], force, np.full(len(force), np.nan), "; ".join(run.quality_checks.refused))
-    config = yaml.safe_load((run.folder / "config.yaml").read_text(encoding="utf-8"))
-    law = config["fabric"]["macro"]["biaxial"]["ref"]
-    return found | {"contraction": round(0.01 * contraction, 4), "law": law}
+    fabric = resolve(config=run.folder / "config.yaml").fabric
+    fit = fit_table(fabric, biaxial_table(fabric))
+    free = [[float(f"{v:.4g}") for v in row] for row in np.column_stack(fit.strip_curve(DIRECTIONS.index(direction)))]
+    law = {"law": fabric.macro.biaxial.ref, "law_free": free}
+    return found | {"contraction": round(0.01 * contraction, 4)} | law
 
 
 def _curve(strain: Any, force: Any, transverse: Any, rejected: str) -> dict[str, Any]:
