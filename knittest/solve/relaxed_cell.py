@@ -6,8 +6,7 @@ loops, and whether they lock.
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cache
 from math import ceil
@@ -18,14 +17,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from knittest.base.cache import Damaged, cache_folder, load_cached, save_cached
-from knittest.base.errors import InputError, NumericalError
+from knittest.base.errors import InputError
 from knittest.base.history import InitialEquilibrium
 from knittest.base.progress import tell
 from knittest.config.base import Quantity
 from knittest.config.fabric import Fabric
 from knittest.config.run import RUNS, Run
 from knittest.fabric.cell import CellSpec
-from knittest.fabric.relaxation import keep_cell, relaxed_cell, settled_cell
+from knittest.fabric.relaxation import densities, keep_cell, relaxed_cell, settled_cell, start_of_relaxation
 from knittest.models.crossings import Crossings, initial_equilibrium
 from knittest.models.meso import build_meso_cell, lattice_of
 from knittest.models.natural_state import conformity_fault
@@ -275,8 +274,6 @@ def _largest_shortening(run: Run, at: Callable[[float], RelaxedCell], locked: fl
 FREE_AT_REST, FREE_PATIENT, CALLS = 1e-4, 20_000, 6
 #: residual up to which the fabric is at rest nevertheless: slack loops creep
 FREE_RESTLESS = 1e-3
-#: spacings over the stated ones from which the relaxation may start
-START_SHARES = (1.0, 0.9, 0.8, 0.7)
 #: origin of relaxed spacings
 RELAXED = "relaxed fabric"
 #: length of beams over the diameter of the core that is refused, and one that is fine: straight yarns that cross press
@@ -296,7 +293,7 @@ def with_rest_spacing(run: Run) -> Run:
     found = load_or_compute(run, {"free": [FREE_AT_REST, FREE_PATIENT, CALLS]}, lambda: _relax_freely(run))
     fabric, (across, along) = run.fabric, CellSpec.of(run.fabric).repeat
     spacing = {"warp_density": found["size"][0] / across, "weft_density": found["size"][1] / along}
-    fabric = fabric.model_copy(update=_densities(spacing, RELAXED))
+    fabric = fabric.model_copy(update=densities(spacing, RELAXED))
     keep_cell(settled_cell(fabric, [np.array(points) for points in found["points"]]))
     return run.model_copy(update={"fabric": fabric})
 
@@ -327,27 +324,11 @@ def _check_soft_run(run: Run) -> None:
         )
 
 
-def _start_fabric(fabric: Fabric) -> Fabric:
-    """``fabric`` at its stated spacings, or at the first smaller ones at which its loops do not lock."""
-    for share in START_SHARES:
-        pitches = {"warp_density": share * fabric.wale_spacing, "weft_density": share * fabric.course_spacing}
-        closer = fabric if share == 1.0 else fabric.model_copy(update=_densities(pitches, "start of the relaxation"))
-        with suppress(InputError, NumericalError):
-            relaxed_cell(closer)
-            return closer
-    return fabric
-
-
-def _densities(pitches: Mapping[str, float], ref: str) -> dict[str, Quantity]:
-    """Densities of spacings ``pitches`` [mm]."""
-    return {name: Quantity(value=100.0 / pitch, source="derived", ref=ref) for name, pitch in pitches.items()}
-
-
 def _relax_freely(run: Run) -> Numbers:
     """Size (2,) [mm] of the cell of ``run`` without mean stress, and the nodes of its yarns."""
     none = Quantity(value=0.0, source="derived", ref="relaxed fabric")
     contact = run.fabric.contact.model_copy(update={"friction_coefficient": none, "static_friction_coefficient": None})
-    start = _start_fabric(run.fabric)
+    start = start_of_relaxation(run.fabric)
     smooth = run.model_copy(update={"fabric": start.model_copy(update={"contact": contact})})
     model = build_meso_cell(smooth, relaxed_cell(start), 1, 1)
     body = PeriodicBody(model, run.solver.safety, threads=1)
