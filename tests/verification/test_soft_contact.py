@@ -190,5 +190,5 @@ def test_pairs_keep_their_friction_when_the_list_is_renewed_and_restored() -> No
     assert again.soft_contact is not None
     again.soft_contact.restore(state)
     assert np.array_equal(again.soft_contact.pairs.spring, before)
-    energy, total, least = pair_statistics(again.nodes, again.shells.pairs, again.shells.law)
+    energy, total, least = pair_statistics(again.nodes, again.soft_contact.pairs, again.soft_contact.law)
     assert energy > 0.0 and total > 0.0 and least == pytest.approx(0.9, rel=1e-9)
