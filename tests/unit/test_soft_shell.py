@@ -8,8 +8,9 @@ import pytest
 from docs.knits import Measured, bracket, deviations, measured, strain_at
 from knittest.base.errors import InputError
 from knittest.base.files import structures
+from knittest.config.fabric import Fabric
 from knittest.config.loading import resolve
-from knittest.fabric.relaxation import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell, start_of_relaxation
 from knittest.laboratory.base import PreparedSpecimen
 from knittest.materials.energy_fit import NoConvexEnergyError
 from knittest.models.meso import build_meso_cell
@@ -209,6 +210,19 @@ def test_an_unseen_soft_yarn_relaxes_in_every_stitch(tmp_path: Path, stitches: s
         found.append((relaxed.warp_density.value, relaxed.weft_density.value))
         assert relaxed.warp_density.ref == "relaxed fabric" and relaxed_fabric(relaxed) == relaxed
     assert found[1] == pytest.approx(found[0], rel=0.02)
+
+
+def test_soft_yarns_relax_from_closer_spacings_where_loops_lock_at_the_stated_ones(tmp_path: Path) -> None:
+    def fabric_at(wales: float, courses: float) -> Fabric:
+        return resolve(test="cell", fabric=unseen_yarn(tmp_path, "[k]", wales, courses), scale="meso").fabric
+
+    wide, usual = fabric_at(22.0, 28.5), fabric_at(28.0, 38.0)
+    with pytest.raises(InputError, match="the yarns lock"):
+        relaxed_cell(wide)
+    assert start_of_relaxation(usual) == usual
+    start = start_of_relaxation(wide)
+    assert start.wale_spacing < wide.wale_spacing
+    assert start.course_spacing / wide.course_spacing == pytest.approx(start.wale_spacing / wide.wale_spacing)
 
 
 def test_curves_are_compared_at_equal_strain_without_extrapolation() -> None:
