@@ -1,7 +1,7 @@
 """Acrylic knits of Singal et al. (2024): curves of cells and specimens beside the measured ones. In a checkout:
 
 python -m docs.knits               runs all, some two hours on one core, and writes docs/knits.json
-python -m docs.knits jersey rib    those of these names; --cells without the specimens
+python -m docs.knits jersey rib    those of these names; --specimens or --cells only, --missing only what is not stored
 
 ``python -m docs.generate`` then writes the page docs/acrylic-knits.md. Cells are free to contract, or keep their width;
 specimens have the measured width and length, and are shells with the law of two strains of their cell.
@@ -19,18 +19,23 @@ import numpy as np
 from docs.gallery import keep
 from knittest.base.figure import BLUE, GREY, RED, new_figure, save, style_axes
 from knittest.base.files import data_dir
+from knittest.config.loading import resolve
 from knittest.config.structure import DIRECTIONS
 from knittest.export.identity import git_commit
 from knittest.export.summary import timestamp
+from knittest.laboratory.base import biaxial_table
+from knittest.materials.laminate import fit_table
 
 HERE = Path(__file__).parent
 STORE, PICTURES = HERE / "knits.json", HERE / "knits"
 KNITS = ("jersey", "garter", "rib", "seed")
-#: largest strain [%] of cells, which end at :data:`FORCE`, by fabric and direction; else :data:`MOST`
+#: largest strain [%] of cells free to contract, which end at :data:`FORCE`, by fabric and direction; else :data:`MOST`
 STRAINS, MOST = (
     {("rib", "weft"): 230.0, ("garter", "warp"): 160.0, ("seed", "weft"): 160.0, ("seed", "warp"): 160.0},
     90.0,
 )
+#: the same of cells of constant width and of specimens, over the largest measured strain
+HELD = 1.2
 #: force per width [N/mm] at which cells and specimens end, and forces at which curves are compared
 FORCE, COMPARED_AT = 0.22, (0.05, 0.1, 0.15, 0.2)
 #: deviation of the force at equal strain [-], or of the strain in standard deviations, up to which a point agrees
@@ -69,9 +74,12 @@ def run_cell(knit: str, direction: str, transverse: str, folder: Path) -> dict[s
     """Curve of the cell: strain [-], force per width [N/mm], transverse strain [-]."""
     import knittest
 
-    settings = {
-        "rig.max_strain": STRAINS.get((knit, direction), MOST), "rig.max_force": FORCE, "rig.transverse": transverse,
-    }  # fmt: skip
+    most = STRAINS.get((knit, direction), MOST)
+    if transverse == "held":
+        most = round(100.0 * HELD * float(measured(knit, direction).strain.max()), 1)
+    # the force across ends a cell of constant width too
+    force = FORCE if transverse == "free" else 2.0 * FORCE
+    settings = {"rig.max_strain": most, "rig.max_force": force, "rig.transverse": transverse}
     run = knittest.cell(
         f"acrylic-{knit}", preset="quick", path=direction, set=settings, out=folder / f"{direction}-{transverse}",
         frames=False, pictures=False,
@@ -89,7 +97,10 @@ def run_specimen(knit: str, direction: str, folder: Path) -> dict[str, Any]:
     import knittest
 
     size = measured(knit, direction)
-    settings = {"rig.width": size.width, "rig.gauge_length": size.length, "rig.max_force": FORCE}
+    most = round(100.0 * HELD * float(size.strain.max()), 1)
+    settings = {
+        "rig.width": size.width, "rig.gauge_length": size.length, "rig.max_force": FORCE, "rig.max_strain": most,
+    }  # fmt: skip
     run = knittest.tensile(
         f"acrylic-{knit}", scale="macro", direction=direction, set=settings, out=folder / f"{direction}-strip",
         frames=False, pictures=False,
@@ -97,7 +108,11 @@ def run_specimen(knit: str, direction: str, folder: Path) -> dict[str, Any]:
     force = run.curve["force_n"] / size.width
     contraction = float(run.results["contraction_pct"]) if "contraction_pct" in run.results else float("nan")
     found = _curve(run.curve["strain_pct"], force, np.full(len(force), np.nan), "; ".join(run.quality_checks.refused))
-    return found | {"contraction": round(0.01 * contraction, 4)}
+    fabric = resolve(config=run.folder / "config.yaml").fabric
+    fit = fit_table(fabric, biaxial_table(fabric))
+    free = [[float(f"{v:.4g}") for v in row] for row in np.column_stack(fit.strip_curve(DIRECTIONS.index(direction)))]
+    law = {"law": fabric.macro.biaxial.ref, "law_free": free}
+    return found | {"contraction": round(0.01 * contraction, 4)} | law
 
 
 def _curve(strain: Any, force: Any, transverse: Any, rejected: str) -> dict[str, Any]:
@@ -134,6 +149,35 @@ def deviations(found: Measured, curve: dict[str, Any]) -> list[Deviation]:
     return rows
 
 
+#: force per width [N/mm] at which strains of directions and fabrics, and transverse strains, are compared
+ORDER_AT, TRANSVERSE_AT = 0.1, (0.1, 0.2)
+
+
+def strain_at(curve: dict[str, Any], force: float, column: int = 0) -> float:
+    """Strain [-] of a stored curve at ``force`` per width, or another ``column`` of it; nan beyond its end."""
+    points = np.array([[np.nan if value is None else value for value in row] for row in curve["points"]])
+    rising = np.maximum.accumulate(points[:, 1])
+    return float(np.interp(force, rising, points[:, column], right=np.nan))
+
+
+def measured_at(found: Measured, force: float) -> int:
+    """Row of the measured curve nearest to ``force`` per width."""
+    return int(np.argmin(np.abs(found.force - force)))
+
+
+def bracket(found: Measured, curves: dict[str, Any], force: float) -> str:
+    """Say where the measured strain lies at ``force``: between the cells of constant width and free to contract."""
+    if not {"free", "held"} <= set(curves):
+        return "-"
+    strain = float(found.strain[measured_at(found, force)])
+    held, free = (strain_at(curves[name], force) for name in ("held", "free"))
+    if np.isnan(held) or np.isnan(free):
+        return "-"
+    if strain < held:
+        return "stiffer than both"
+    return "softer than both" if strain > free else f"between, {100.0 * (strain - held) / (free - held):.0f} % free"
+
+
 def draw(knit: str, stored: dict[str, Any]) -> None:
     """Draw the curves of both directions beside the measured ones."""
     figure = new_figure(8.0, 3.0)
@@ -164,6 +208,12 @@ def draw(knit: str, stored: dict[str, Any]) -> None:
 LABELS = {"free": "cell, free to contract", "held": "cell, constant width", "specimen": "specimen between clamps"}
 
 
+def _is_skipped(arguments: list[str], model: str, stored: dict[str, Any] | None) -> bool:
+    """Tell whether the options leave out ``model``, whose curve is ``stored`` unless None."""
+    other = "--cells" if model == "specimen" else "--specimens"
+    return "--draw" in arguments or other in arguments or ("--missing" in arguments and stored is not None)
+
+
 def main(arguments: list[str]) -> int:
     """Run the knits that ``arguments`` name, or all; returns the exit code."""
     names = [one for one in arguments if not one.startswith("--")] or list(KNITS)
@@ -173,7 +223,7 @@ def main(arguments: list[str]) -> int:
     for knit in names:
         for direction in DIRECTIONS:
             for model in MODELS:
-                if "--draw" in arguments or ("--cells" in arguments and model == "specimen"):
+                if _is_skipped(arguments, model, load().get(knit, {}).get(direction, {}).get(model)):
                     continue
                 with tempfile.TemporaryDirectory() as place:
                     run = (

@@ -37,20 +37,20 @@ def relax(**which: Any) -> None:
     from knittest.fabric.cell import Munden, cell_path
 
     run, cell, seconds = _relax(**which)
-    stated = run.fabric.thickness
+    stated, knit = run.fabric.thickness, run.fabric.knitting
     scatter = f" ± {stated.sd:g}" if stated.sd else ""
+    thickness = cell.thickness + knit.loose_fibres_mm
     rows = (
         ("fabric", run.fabric.name),
         ("cell", f"{cell.spec.size[0]:.4f} x {cell.spec.size[1]:.4f} mm"),
-        ("thickness", f"{cell.thickness:.3f} mm ({stated.source} {stated.value:g}{scatter} mm)"),
+        *_relaxed_rows(run),
+        ("thickness", f"{thickness:.3f} mm ({stated.source} {stated.value:g}{scatter} mm)"),
         ("loop length", f"{cell.spec.loop_length:g} mm, met within {100 * abs(cell.length_error):.3f} %"),
         ("Munden's Kc, Ks", str(Munden.of(cell.spec))),
         *((f"crimp {one.name}", f"{100 * cell.crimp(one.name):.3f} %") for one in cell.spec.layers),
-        ("penetration / radius", f"{100 * cell.deepest:.2f} %; during relaxation at most {100 * cell.worst:.0f} %"),
-        ("residual force", f"{cell.residual:.1e} N after {cell.iterations} iterations"),
-        ("interlacing", "checked: layers and loops are in the right order"),
+        *(() if run.fabric.has_soft_yarns else _relaxation_rows(cell)),
         ("time", "from the cache" if seconds is None else f"{seconds:.2f} s"),
-        ("stored in", str(cell_path(cell.spec))),
+        *(() if run.fabric.has_soft_yarns else (("stored in", str(cell_path(cell.spec))),)),
         *_equilibrium_rows(run),
     )
     wide = max(len(name) for name, _ in rows) + 2
@@ -94,6 +94,28 @@ def export(file: Path, wales: int, courses: int, **which: Any) -> None:
     click.echo(str(file))
 
 
+def _relaxation_rows(cell: "Cell") -> list[tuple[str, str]]:
+    """Quality of the relaxation of one cell."""
+    return [
+        ("penetration / radius", f"{100 * cell.deepest:.2f} %; during relaxation at most {100 * cell.worst:.0f} %"),
+        ("residual force", f"{cell.residual:.1e} N after {cell.iterations} iterations"),
+        ("interlacing", "checked: layers and loops are in the right order"),
+    ]
+
+
+def _relaxed_rows(run: "Run") -> list[tuple[str, str]]:
+    """Densities and area mass of the relaxed fabric of soft yarns, which follow from the yarn."""
+    from knittest.config.fabric import yarn_area_mass
+
+    fabric = run.fabric
+    if not fabric.has_soft_yarns:
+        return []
+    return [
+        ("wales, courses", f"{fabric.warp_density.value:.4g}, {fabric.weft_density.value:.4g} per 100 mm, relaxed"),
+        ("area mass", f"{yarn_area_mass(fabric):.4g} g/m2 (in the file {fabric.area_mass.value:g} g/m2)"),
+    ]
+
+
 def _equilibrium_rows(run: "Run") -> list[tuple[str, str]]:
     """Initial equilibrium of the cell under the contact law of runs, where the fabric states one."""
     if not run.fabric.knitting.starts_relaxed:
@@ -127,6 +149,7 @@ def _relax(
     """Run of the fabric, its cell and the seconds of the relaxation; ``None`` if the cell was in the cache."""
     from knittest.config.loading import resolve
     from knittest.fabric.relaxation import relaxed_cell
+    from knittest.solve.relaxed_cell import relaxed_fabric
 
     run = resolve(variant=variant, fabric=fabric, parameters=parameters, sets=sets)
     started: list[float] = []
@@ -135,5 +158,8 @@ def _relax(
         click.echo("relaxing geometry", err=True)
         started.append(time.perf_counter())
 
+    if run.fabric.has_yarns and run.fabric.has_soft_yarns:
+        note()
+        run = run.model_copy(update={"fabric": relaxed_fabric(run.fabric)})
     cell = relaxed_cell(run.fabric, note)
     return run, cell, time.perf_counter() - started[0] if started else None

@@ -212,7 +212,7 @@ class Fabric(Strict):
     @model_validator(mode="before")
     @classmethod
     def _follows_its_yarns(cls, data: object) -> Any:
-        """Derive area mass and thickness from yarns with a data sheet where they are not given."""
+        """Derive area mass and thickness from yarns with a data sheet, or soft ones, where they are not given."""
         if not isinstance(data, Mapping):
             return data
         needed = [name for name in ("area_mass", "thickness") if name not in data or is_filled(data[name])]
@@ -232,7 +232,7 @@ class Fabric(Strict):
             return data
         fabric = cls.model_construct(**made)
         yarns = [*(layer.yarn for layer in fabric.inlays), fabric.knitting]
-        if any(yarn.fibre is None for yarn in yarns):
+        if not fabric.has_soft_yarns and any(yarn.fibre is None for yarn in yarns):
             return data
         if needed and fabric.layers is None and fabric.reinforcing is None:
             raise BoundsError("missing: yarn of the inlays; a fabric without inlays states layers: []", "reinforcing")
@@ -317,11 +317,11 @@ class Fabric(Strict):
 
     def is_carried_by_loops(self, direction: str, scale: str) -> bool:
         """Tell whether loops alone carry tension along ``direction``; at the macro scale by a law of two strains."""
-        law = self.has_soft_law if scale == "macro" else self.has_yarns
+        law = self.has_biaxial_law if scale == "macro" else self.has_yarns
         return law and not self.inlays_along(direction)
 
     @property
-    def has_soft_law(self) -> bool:
+    def has_biaxial_law(self) -> bool:
         """Tell whether the macro model has, or derives, a law of two strains, as there are no inlays in a direction."""
         return self.macro.tension is None and self.has_yarns and not self.has_inlays_both_ways
 
@@ -346,7 +346,7 @@ class Fabric(Strict):
         return legs * self.knitting.bending_stiffness_n_mm2 / soft * pitch / (self.loop_length_mm / legs)
 
     @property
-    def is_soft(self) -> bool:
+    def has_soft_yarns(self) -> bool:
         """Tell whether the loops are of a yarn with a soft shell."""
         return self.knitting is not None and self.knitting.soft_shell is not None
 
@@ -381,7 +381,7 @@ class Fabric(Strict):
 
 def _check_shell(fabric: Fabric) -> None:
     """Check that yarns with a soft shell form the loops of a fabric without inlays, without what their law has not."""
-    if not fabric.is_soft or fabric.knitting is None:
+    if not fabric.has_soft_yarns or fabric.knitting is None:
         return
     if fabric.inlays:
         raise BoundsError("is for fabrics without inlays: remove it, or the layers of inlays", "knitting.soft_shell")

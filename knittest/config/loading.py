@@ -73,8 +73,9 @@ def _lay_rig_defaults(layers: Layers, kind: str, direction: object, stated: Coll
 
 #: field that accepts limits looser than the preset's
 ACCEPTED: KeyPath = ("accept_limits",)
-#: beams per wave of the inlays, derived from the fabric unless given
+#: beams per wave of the inlays and per loop, derived from the fabric unless given
 WAVES: KeyPath = ("model", "meso", "elements_per_wave")
+LOOPS: KeyPath = ("model", "meso", "elements_per_loop")
 
 
 class Options(TypedDict, total=False):
@@ -133,6 +134,8 @@ def resolve(
     folders = [source.folder] if config is None else [source.folder, Path(config).resolve().parent]
     if _stated_value(WAVES, document, given) is None:
         run = run.with_fine_waves()
+    if _stated_value(LOOPS, document, given) is None:
+        run = run.with_fine_loops()
     of_fabric = {("rig", key) for key in rig_default_paths(run.fabric.rigs.get(kind, {}), kind, run.direction)}
     for path, value in run.structure_defaults().items():
         if path not in of_fabric and _stated_value(path, document, given) is None:

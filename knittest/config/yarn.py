@@ -198,6 +198,11 @@ class KnittingYarn(Yarn):
         return self.beam_diameter_mm if self.soft_shell is None else self.soft_shell.outer_diameter_mm
 
     @property
+    def loose_fibres_mm(self) -> float:
+        """Diameter [mm] of the shell less that of the core; 0 without a shell."""
+        return self.loose_diameter_mm - self.beam_diameter_mm
+
+    @property
     def starts_relaxed(self) -> bool:
         """Tell whether meso tests start from the initial equilibrium under the contact law of the run."""
         return self.loop_shortening is not None or self.tension is not None or self.loop_scatter != "none"

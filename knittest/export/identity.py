@@ -17,7 +17,7 @@ from knittest.config.run import Run
 from knittest.config.tools import stl_tools
 from knittest.config.yaml_writer import dump
 from knittest.fabric.cell import cell_digest
-from knittest.fabric.relaxation import relaxed_cell
+from knittest.fabric.relaxation import relaxed_cell, start_of_relaxation
 
 _LIBRARIES = ("llvmlite", "matplotlib", "meshio", "numba", "numpy", "pandas", "pydantic", "PyYAML", "scipy")
 
@@ -99,7 +99,7 @@ def cell_of(run: Run, compute: Callable[[], None] | None = None) -> str | None:
     """Digest of the relaxed cell of a meso ``run``; None at macro scale. ``compute`` is called before a relaxation."""
     if run.model.scale == "macro":
         return None
-    return cell_digest(relaxed_cell(run.fabric, compute))
+    return cell_digest(relaxed_cell(start_of_relaxation(run.fabric), compute))
 
 
 def data_files(run: Run) -> list[Path]:

@@ -3,7 +3,7 @@ cached by its inputs.
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from math import ceil, floor, sqrt
@@ -13,6 +13,7 @@ import numpy as np
 
 from knittest.base.arrays import Array
 from knittest.base.errors import InputError, NumericalError
+from knittest.config.base import Quantity
 from knittest.config.fabric import Fabric
 from knittest.config.structure import KNIT
 from knittest.fabric.cell import (
@@ -41,6 +42,8 @@ WEFT_LEVEL = 0.03
 STRETCHING = 300.0
 #: EI [N mm2] of loops from which on these stiffnesses and forces hold; those of thinner loops are in proportion to it
 STIFF_LOOP = 0.5
+#: spacings of soft yarns over the stated ones from which their relaxation may start
+START_SHARES = (1.0, 0.9, 0.8, 0.7)
 #: neighbours along a yarn within this share of a half turn around it plus a margin [mm] do not touch
 EXCLUDE, MARGIN = 1.2, 0.2
 
@@ -224,6 +227,22 @@ def relaxed_cell(fabric: Fabric, compute: Callable[[], None] | None = None) -> C
         save_cell(cell)
     _cells_in_memory[spec] = cell
     return cell
+
+
+def densities(pitches: Mapping[str, float], ref: str) -> dict[str, Quantity]:
+    """Densities of spacings ``pitches`` [mm]."""
+    return {name: Quantity(value=100.0 / pitch, source="derived", ref=ref) for name, pitch in pitches.items()}
+
+
+def start_of_relaxation(fabric: Fabric) -> Fabric:
+    """``fabric`` of soft yarns at its stated spacings, or at the first smaller ones at which its loops do not lock."""
+    for share in START_SHARES if fabric.has_soft_yarns else ():
+        pitches = {"warp_density": share * fabric.wale_spacing, "weft_density": share * fabric.course_spacing}
+        closer = fabric if share == 1.0 else fabric.model_copy(update=densities(pitches, "start of the relaxation"))
+        with suppress(InputError, NumericalError):
+            relaxed_cell(closer)
+            return closer
+    return fabric
 
 
 def keep_cell(cell: Cell) -> None:

@@ -184,7 +184,7 @@ def _recovery_rows(run: Run, prepared: PreparedSpecimen, history: History, cost:
     That takes a few steps, of soft yarns many: :data:`SMALL_PORTION` of the radius in :data:`LEAST_STEPS` steps.
     """
     times = history.energies["time_ms"]
-    if not prepared.model.soft or len(times) < LEAST_ROWS:
+    if not prepared.model.compliant or len(times) < LEAST_ROWS:
         return 2
     steps = 0.01 * run.solver.max_force_free_overlap / SMALL_PORTION * LEAST_STEPS
     return 2 + ceil(steps * cost.time_step / float(np.median(np.diff(times))))
@@ -201,10 +201,18 @@ def check_limit(quality: Quality, value: float, limit: float, text: str, remedy:
     return quality.with_failed_check(f"{text} (limit {limit:g} %){remedy}") if value > limit else quality
 
 
+#: largest strain of a repeated path whose rows are relaxed, over the strain that it reached
+NEXT_STRAIN = 1.2
+
+
 def _advise_more_rows(run: Run, prepared: PreparedSpecimen, history: History, cost: SimulationCost, rows: slice) -> str:
-    """Setting for 1.5 times the needed rows, which are a chunk of steps apart: more samples, or a lower speed."""
+    """Setting for 1.5 times the needed rows, which are a chunk of steps apart: more samples, or a lower speed; for a
+    path whose rows are relaxed a strain near the one that it reached.
+    """
     times, duration = history.energies["time_ms"], prepared.duration
     judged = times[rows.stop - 1] - (times[rows.start - 1] if rows.start else 0.0)
+    if prepared.rig.relaxed_rows and "strain_pct" in history.curve:  # the number of rows depends on the path alone
+        return f"--set rig.max_strain={NEXT_STRAIN * float(history.curve['strain_pct'].max()):.2g}"
     samples = int(np.ceil(1.5 * LEAST_ROWS * duration / judged))
     most = duration / (prepared.model.chunk * cost.time_step)
     if samples <= most:

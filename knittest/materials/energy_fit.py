@@ -38,6 +38,12 @@ LEAST_TANGENT = 2e-3
 BEYOND, CELLS = 0.1, 128
 
 
+class NoConvexEnergyError(InputError):
+    """No convex energy gives the forces; ``deviation`` over the largest force [-]."""
+
+    deviation: float
+
+
 class BiaxialLaw(NamedTuple):
     """Fields of a law of two strains of :class:`knittest.kernels.shell_state.Laminate`."""
 
@@ -99,7 +105,7 @@ def fit_energy(strain: Array, force: Array, where: str) -> tuple[BiaxialLaw, flo
     """Convex energy with the least deviation of its gradient from the ``force`` at each ``strain``, (n, 2) each.
 
     Returns it with the largest deviation over the largest force of the direction. Raises :class:`InputError`, which
-    begins with ``where``.
+    begins with ``where``; :class:`NoConvexEnergyError` where the forces deviate by too much.
     """
     _check_range(strain, force, where)
     # of the pull: loops that are piled up push with any force
@@ -130,12 +136,14 @@ def fit_energy(strain: Array, force: Array, where: str) -> tuple[BiaxialLaw, flo
     worst, deviation = np.unravel_index(int(off.argmax()), off.shape), float(off.max())
     if deviation > LARGEST_DEVIATION:
         direction = ("warp", "weft")[int(worst[1])]
-        raise InputError(
+        error = NoConvexEnergyError(
             f"{where}: the forces of the {direction} deviate by up to {100 * deviation:.1f} % of the largest one, "
             f"{peaks[worst[1]]:.4g} N/mm, from those of a convex energy (limit {100 * LARGEST_DEVIATION:g} %), most at "
             f"{place_of(strain[worst[0]])}; expected forces that rise and give no work on closed paths: take all of "
             "them from loading, without friction, at closer strains, or smooth them"
         )
+        error.deviation = deviation
+        raise error
     return law, deviation
 
 

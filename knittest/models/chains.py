@@ -144,7 +144,7 @@ def contact_group(
         lay.chain_end_flags(0 if contact is None else contact.cut),
         node_cut, law, part, levers, wide, *_heights(lay, normal),
         _shapes(lay, contact), pressed=contact is not None and contact.pressed,
-        soft=contact is not None and contact.soft, soft_law=soft_law,
+        compliant=contact is not None and contact.compliant, soft_law=soft_law,
         length=half + np.concatenate([[0.0], half[:-1]]),
     )  # fmt: skip
 

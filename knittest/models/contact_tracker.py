@@ -73,7 +73,7 @@ class YarnContactGroup:
     pairs, ``levers`` (2, n_parts, n_parts) of their friction moments. ``bound`` radius around the section [mm], that of
     an ellipse more than its half height, ``radius``; sections of nodes as in :class:`Contacts`, empty if all are round
     (``shape``: if all are rigid).
-    ``pressed`` where overlaps at the start shall carry force. ``soft``: see :class:`YarnContact`.
+    ``pressed`` where overlaps at the start shall carry force. ``compliant``: see :class:`YarnContact`.
 
     In a periodic cell ``owned`` (n_nodes,) is 1 for its nodes and 0 for images, and contacts are looked for with the
     pieces ``near`` (n_nodes,), which touch a node of the cell, whose ``images`` have copies of them; none elsewhere.
@@ -101,7 +101,7 @@ class YarnContactGroup:
     near: Flags | None = None
     images: Images | None = None
     pressed: bool = False
-    soft: bool = False
+    compliant: bool = False
     soft_law: SoftLaw | None = None
     length: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -186,7 +186,7 @@ class ContactTracker:
     def portion(self) -> float:
         """Largest overlap that is given force in one update, over the smaller radius."""
         group = self.group
-        if not group.soft:
+        if not group.compliant:
             return PORTION if group.images is None else SMALL_PORTION
         if group.images is not None or not self.recovering:
             return SMALL_PORTION

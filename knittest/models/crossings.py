@@ -98,8 +98,8 @@ def surfaces(model: YarnModel, nodes: Index) -> tuple[float, float]:
 def half_heights(model: YarnModel) -> Array:
     """Half extents [mm] of the sections of all nodes along z, as ellipses lie now."""
     contacts, radius = model.tracker.contacts, model.group.radius
-    if model.shells is not None:
-        return np.full_like(radius, 0.5 * model.shells.law.outer)
+    if model.soft_contact is not None:
+        return np.full_like(radius, 0.5 * model.soft_contact.law.outer)
     if not contacts.excess.size:
         return radius
     return np.sqrt(contacts.square + contacts.excess * contacts.turned[2] ** 2)

@@ -110,7 +110,7 @@ class ExplicitModel(ABC):
     #: whether yarns that overlap at the start shall press each other by all of it
     pressed = False
     #: whether yarns store little energy and take long to come to rest
-    soft = False
+    compliant = False
     #: whether sections flatten, which tools do not press
     flattens = False
     #: steps between looks at displacement, kinetic energy and damping loss, at most

@@ -55,13 +55,13 @@ def build_meso(
     ]
     contact = yarn_contact(run) if run.model.meso.contact else None
     if contact is not None:
-        contact = replace(contact, soft=is_soft(run.fabric))
+        contact = replace(contact, compliant=has_compliant_loops(run.fabric))
     if contact is not None and not rubbing:
         contact = replace(contact, friction=0.0, static=None, patch=None)
     return build_chains(chains, systems, contact, mass_scaling(run))
 
 
-def is_soft(fabric: Fabric) -> bool:
+def has_compliant_loops(fabric: Fabric) -> bool:
     """Tell whether loops alone carry a direction, or a loop that bends stores little energy, EI over its length.
 
     That is less than what a contact found late would be given at once (:data:`.contact_tracker.PORTION`).
@@ -122,7 +122,7 @@ def _loop_shortening(run: Run, path: YarnPath, rows: int, loop: Array | None) ->
 
     ``loop`` (rows,) are the drawn lengths of the courses' loops over their mean [-], None where all are alike.
     """
-    if run.fabric.is_soft:  # pairs of nodes touch, so the polygon has the length of the loops
+    if run.fabric.has_soft_yarns:  # pairs of nodes touch, so the polygon has the length of the loops
         return np.full(len(path.points) - 1, _cell_shortening(run, path.uncut_path))
     own = 1.0 if path.system != KNIT or loop is None else float(loop[path.index])
     drawn = 1.0 - (1.0 - (run.fabric.knitting.loop_shortening_fraction or 0.0)) * own
@@ -133,7 +133,7 @@ def _cell_shortening(run: Run, path: YarnPath) -> float:
     """Draw-in of a yarn of a cell, as in :func:`_loop_shortening`."""
     if path.system != KNIT:
         return 0.0
-    if run.fabric.is_soft:
+    if run.fabric.has_soft_yarns:
         return 1.0 - stretch(run, path)
     return run.fabric.knitting.loop_shortening_fraction or 0.0
 

@@ -161,8 +161,8 @@ class PeriodicModel(YarnModel):
 
     def contact_force_sum(self) -> float:
         """See :meth:`ExplicitModel.contact_force_sum`."""
-        if self.shells is not None:
-            return self.shells.force_sum()
+        if self.soft_contact is not None:
+            return self.soft_contact.force_sum()
         contacts, count = self.tracker.contacts, self.tracker.count
         return float(np.linalg.norm(contacts.force[:, :count], axis=0) @ contacts.share[:count])
 

@@ -22,9 +22,9 @@ class YarnContact:
     crossings resist spin, ``Patch.disc(R)`` up to 2/3 friction N R; slip and spin share one limit. None: free spin.
     Yarns that overlap at the start are free of force there, or ``pressed``: they press each other by all of it, and
     relax. The ``cut`` first and last pieces of yarns do not press those of others: what holds cut ends side by
-    side leaves them no room. ``soft`` yarns store little energy: contacts found late get their force in small portions,
-    and the yarns take long to come to rest. Yarns with a ``shell`` touch by its law instead of the penalty, with the
-    coefficient ``friction`` and the ratio of ``tangential`` to ``normal``.
+    side leaves them no room. ``compliant`` yarns store little energy: contacts found late get their force in small
+    portions, and the yarns take long to come to rest. Yarns with a ``shell`` touch by its law instead of the penalty,
+    with the coefficient ``friction`` and the ratio of ``tangential`` to ``normal``.
     """
 
     normal: float
@@ -36,7 +36,7 @@ class YarnContact:
     patch: Patch | None = None
     pressed: bool = False
     cut: int = 0
-    soft: bool = False
+    compliant: bool = False
     shell: SoftShell | None = None
 
     def law(self, radius: float, viscous: float, torsional: float = 0.0) -> ContactLaw:

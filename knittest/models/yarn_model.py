@@ -82,12 +82,12 @@ class YarnModel(ExplicitModel):
         # both yarns of a crossing may move, and contacts are looked at every LEAST_STEPS steps at the latest
         self.farthest = float(self.group.radius.min()) / LEAST_STEPS
         self.pressed = self.contact and self.group.pressed
-        self.soft = self.contact and self.group.soft
+        self.compliant = self.contact and self.group.compliant
         self.prestressed |= self.pressed
         self.flattens = self.group.shape.size > 0
 
     @property
-    def shells(self) -> SoftTracker | None:
+    def soft_contact(self) -> SoftTracker | None:
         """Contact of yarns with a soft shell; None where yarns touch by the penalty or not at all."""
         return self.tracker if self.contact and isinstance(self.tracker, SoftTracker) else None
 
@@ -110,7 +110,7 @@ class YarnModel(ExplicitModel):
 
     def step(self, steps: int, time: float, dt: float, drive: Drive, tally: Tally, scratch: Array) -> None:
         """See :meth:`ExplicitModel.step`."""
-        soft = (None, None) if self.shells is None else (self.shells.pairs, self.shells.law)
+        soft = (None, None) if self.soft_contact is None else (self.soft_contact.pairs, self.soft_contact.law)
         arguments = (
             steps, time, dt, self.nodes, self.parts, self.beams, self.tracker.contacts, self.tracker.count, self.law,
             *soft, self.law.spin, True if self.group.excess.size else None, self.images,
@@ -126,8 +126,8 @@ class YarnModel(ExplicitModel):
         contact, penetration = monitor.contact_statistics(
             self.tracker.contacts, self.tracker.count, self.law, self.group.radius
         )
-        if self.shells is not None:
-            contact, penetration = self.shells.stored()
+        if self.soft_contact is not None:
+            contact, penetration = self.soft_contact.stored()
         found = self.beam_energies()
         internal = np.sum(list(found.values()), axis=0)
         contact += shape_energy(self.group.shape, self.beams, self.counted_beams(), self.group.owned)
@@ -155,15 +155,15 @@ class YarnModel(ExplicitModel):
 
     def contact_force_sum(self) -> float:
         """See :meth:`ExplicitModel.contact_force_sum`."""
-        if self.shells is not None:
-            return self.shells.force_sum()
+        if self.soft_contact is not None:
+            return self.soft_contact.force_sum()
         return float(np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0).sum())
 
     def largest_force(self) -> float:
         """See :meth:`ExplicitModel.largest_force`."""
         contact = np.linalg.norm(self.tracker.contacts.force[:, : self.tracker.count], axis=0)
-        if self.shells is not None:
-            contact = np.linalg.norm(self.shells.pairs.force, axis=0)
+        if self.soft_contact is not None:
+            contact = np.linalg.norm(self.soft_contact.pairs.force, axis=0)
         axial = monitor.axial_state(self.nodes, self.parts, self.beams)[1]
         return max(float(np.abs(axial).max(initial=0.0)), float(contact.max(initial=0.0)))
 
@@ -202,8 +202,8 @@ class YarnModel(ExplicitModel):
 
     def contact_forces(self) -> tuple[Array, Array, Index]:
         """See :meth:`ExplicitModel.contact_forces`."""
-        if self.shells is not None:
-            return self.shells.contact_forces()
+        if self.soft_contact is not None:
+            return self.soft_contact.contact_forces()
         contacts, count = self.tracker.contacts, self.tracker.count
         touching = np.flatnonzero((contacts.force[:, :count] != 0.0).any(axis=0))
         piece, offset = contacts.piece[:, touching], contacts.offset[:, touching]
@@ -277,8 +277,8 @@ class YarnModel(ExplicitModel):
 
     def _piercing_fault(self) -> str:
         contacts, count = self.tracker.contacts, self.tracker.count
-        if self.shells is not None:
-            return self.shells.piercing_fault()
+        if self.soft_contact is not None:
+            return self.soft_contact.piercing_fault()
         if not monitor.count_pierced(contacts.offset, contacts.reach, contacts.line, count, NEAREST):
             return ""
         share = np.linalg.norm(contacts.offset[:, :count], axis=0) / contacts.reach[:count]
@@ -291,8 +291,8 @@ class YarnModel(ExplicitModel):
         if not self.contact:
             return super().stable_step()
         beams = self.axial_stiffness, self.shear_stiffness, self.nodes, self.node_load
-        if self.shells is not None:
-            i, bound = monitor.stiffest_soft_node(self.shells.pairs, self.shells.law, *beams)
+        if self.soft_contact is not None:
+            i, bound = monitor.stiffest_soft_node(self.soft_contact.pairs, self.soft_contact.law, *beams)
         else:
             i, bound = monitor.stiffest_node(self.tracker.contacts, self.tracker.count, self.law, *beams)
         if i < 0 or bound <= 0.0:

@@ -69,7 +69,7 @@ def settle(model: ExplicitModel, drive: Drive, tally: Tally, dt: float, look: Lo
     Loose yarns at cut edges may creep on: after :data:`SETTLING` steps (:data:`SETTLING_PRESSED` where yarns are to
     press each other from the start, :data:`SETTLING_SOFT` of soft ones) the rest is left to the damping of the test.
     """
-    most = SETTLING_SOFT if model.soft else SETTLING_PRESSED if model.pressed else SETTLING
+    most = SETTLING_SOFT if model.compliant else SETTLING_PRESSED if model.pressed else SETTLING
     found = relax(model, drive, tally, dt, SETTLED, most, at=0.0, look=look)
     for _ in range(AGAIN):
         if model.press(0.0) <= PRESSED:

@@ -21,9 +21,10 @@ from knittest.base.errors import InputError
 from knittest.base.history import InitialEquilibrium
 from knittest.base.progress import tell
 from knittest.config.base import Quantity
-from knittest.config.run import Run
+from knittest.config.fabric import Fabric
+from knittest.config.run import RUNS, Run
 from knittest.fabric.cell import CellSpec
-from knittest.fabric.relaxation import keep_cell, relaxed_cell, settled_cell
+from knittest.fabric.relaxation import densities, keep_cell, relaxed_cell, settled_cell, start_of_relaxation
 from knittest.models.crossings import Crossings, initial_equilibrium
 from knittest.models.meso import build_meso_cell, lattice_of
 from knittest.models.natural_state import conformity_fault
@@ -286,16 +287,23 @@ def with_rest_spacing(run: Run) -> Run:
     The stated spacings only say where the relaxation starts. The fabric relaxes without friction, as one that was
     worked or washed. Raises :class:`InputError` where no equilibrium is found.
     """
-    if run.model.scale != "meso" or not run.fabric.is_soft or run.fabric.warp_density.ref == RELAXED:
+    if run.model.scale != "meso" or not run.fabric.has_soft_yarns or run.fabric.warp_density.ref == RELAXED:
         return run
     _check_soft_run(run)
     found = load_or_compute(run, {"free": [FREE_AT_REST, FREE_PATIENT, CALLS]}, lambda: _relax_freely(run))
     fabric, (across, along) = run.fabric, CellSpec.of(run.fabric).repeat
     spacing = {"warp_density": found["size"][0] / across, "weft_density": found["size"][1] / along}
-    densities = {name: Quantity(value=100.0 / pitch, source="derived", ref=RELAXED) for name, pitch in spacing.items()}
-    fabric = fabric.model_copy(update=densities)
+    fabric = fabric.model_copy(update=densities(spacing, RELAXED))
     keep_cell(settled_cell(fabric, [np.array(points) for points in found["points"]]))
     return run.model_copy(update={"fabric": fabric})
+
+
+def relaxed_fabric(fabric: Fabric) -> Fabric:
+    """``fabric`` with the spacings of :func:`with_rest_spacing` at the usual mesh; unchanged without soft yarns."""
+    if not fabric.has_yarns or not fabric.has_soft_yarns:
+        return fabric
+    run = RUNS["cell"].model_validate({"fabric": fabric, "rig": {"kind": "cell"}, "model": {"scale": "meso"}})
+    return with_rest_spacing(run.with_fine_loops()).fabric
 
 
 def _check_soft_run(run: Run) -> None:
@@ -320,8 +328,9 @@ def _relax_freely(run: Run) -> Numbers:
     """Size (2,) [mm] of the cell of ``run`` without mean stress, and the nodes of its yarns."""
     none = Quantity(value=0.0, source="derived", ref="relaxed fabric")
     contact = run.fabric.contact.model_copy(update={"friction_coefficient": none, "static_friction_coefficient": None})
-    smooth = run.model_copy(update={"fabric": run.fabric.model_copy(update={"contact": contact})})
-    model = build_meso_cell(smooth, relaxed_cell(run.fabric), 1, 1)
+    start = start_of_relaxation(run.fabric)
+    smooth = run.model_copy(update={"fabric": start.model_copy(update={"contact": contact})})
+    model = build_meso_cell(smooth, relaxed_cell(start), 1, 1)
     body = PeriodicBody(model, run.solver.safety, threads=1)
     body.free("ax", "by")
     for _ in range(CALLS):

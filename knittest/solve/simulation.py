@@ -151,7 +151,7 @@ def _mount(run: Simulation, observer: Observer) -> None:
         run.tally,
         run.dt,
         MOUNTED,
-        MOUNTING_SOFT if run.model.soft else MOUNTING,
+        MOUNTING_SOFT if run.model.compliant else MOUNTING,
         at=run.rig.mounted_at,
         look=_relaxation_progress(observer),
     )

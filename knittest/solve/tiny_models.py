@@ -45,7 +45,7 @@ def kernels_of(run: Run, threads: int = 1) -> tuple[str, ...]:
     """Kernels that ``run`` needs on ``threads``, those of a cell that its fabric settles in first."""
     needed = _needed_features(run)
     names = [_kernels_name(run, needed)]
-    settles = run.fabric.has_yarns and (run.fabric.knitting.starts_relaxed or run.fabric.is_soft)
+    settles = run.fabric.has_yarns and (run.fabric.knitting.starts_relaxed or run.fabric.has_soft_yarns)
     if run.model.scale == "meso" and settles and PERIODIC not in needed:
         names.insert(0, _kernels_name(run, [n for n in needed if n != TOOLS] + [PERIODIC]))
     if threads > 1:
@@ -60,7 +60,7 @@ def _needed_features(run: Run) -> list[str]:
         TOOLS: kind.tools,
         SPIN: meso and contact is not None and contact.patch is not None,
         OVAL: meso and any(one.yarn.section is not None for one in run.fabric.inlays),
-        SOFT: meso and run.fabric.is_soft,
+        SOFT: meso and run.fabric.has_soft_yarns,
         PERIODIC: kind.periodic,
     }
     return [name for name, so in wanted.items() if so]

@@ -47,6 +47,7 @@ NAMED = {
         ("cli/studies.py", "studies/homogenise/command.py"), "a card may come from paths of a cell instead of tests"
     ),
     "solve/body.py": "friction is a coefficient here",
+    "solve/relaxed_cell.py": "the fabric of soft yarns relaxes as a cell",
     **dict.fromkeys(
         ("config/fabric.py", "config/sources.py", "config/suspicious_values.py", "laboratory/reference_curves.py"),
         "biaxial is also the macro law of two strains",

@@ -35,7 +35,7 @@ def crossing(distance: float, angle: float, friction: float = 0.0, step: float =
 
 def press(model: YarnModel, dt: float = 1e-6) -> np.ndarray:
     """Sum of the forces [N] on the first yarn, (3,), and book friction in ``model.tally``."""
-    shells = model.shells
+    shells = model.soft_contact
     assert shells is not None
     model.tally = getattr(model, "tally", None) or new_tally(Boundary(model, dt))  # type: ignore[attr-defined]
     for p in range(model.parts.node.size - 1):
@@ -75,7 +75,7 @@ def test_friction_slides_at_its_coefficient_and_books_its_work() -> None:
         model.nodes.velocity[0, own] = way / dt
         model.tracker.update(dt)
         force = press(model, dt)
-    pairs = model.shells.pairs  # type: ignore[union-attr]
+    pairs = model.soft_contact.pairs  # type: ignore[union-attr]
     across = np.linalg.norm(pairs.force, axis=0)
     assert force[2] == pytest.approx(normal, rel=0.02)  # the next nodes are where the first were
     lost = float(model.tally.energy[:, 1].sum())  # type: ignore[attr-defined]
@@ -179,7 +179,7 @@ def test_pairs_keep_their_friction_when_the_list_is_renewed_and_restored() -> No
     own = np.flatnonzero(model.group.chain == 0)
     model.nodes.velocity[0, own] = 1e-3
     press(model, 1.0)
-    shells = model.shells
+    shells = model.soft_contact
     assert shells is not None
     before, state = shells.pairs.spring.copy(), shells.state()
     assert before.any()
@@ -187,8 +187,8 @@ def test_pairs_keep_their_friction_when_the_list_is_renewed_and_restored() -> No
     shells.update(0.0)
     assert shells.pairs.spring.sum() == pytest.approx(before.sum(), rel=1e-6)
     again = crossing(0.9, np.pi / 2.0, friction=0.3)
-    assert again.shells is not None
-    again.shells.restore(state)
-    assert np.array_equal(again.shells.pairs.spring, before)
-    energy, total, least = pair_statistics(again.nodes, again.shells.pairs, again.shells.law)
+    assert again.soft_contact is not None
+    again.soft_contact.restore(state)
+    assert np.array_equal(again.soft_contact.pairs.spring, before)
+    energy, total, least = pair_statistics(again.nodes, again.soft_contact.pairs, again.soft_contact.law)
     assert energy > 0.0 and total > 0.0 and least == pytest.approx(0.9, rel=1e-9)

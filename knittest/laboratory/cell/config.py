@@ -173,8 +173,8 @@ PULLED: dict[str, tuple[str, ...]] = {
 KNIT_STRAIN = 40.0
 #: speed [m/s] of 100 mm of fabric whose rows are relaxed: at it the kinetic energy is a small share of the work
 RELAXED_SPEED = {"shear": 0.3, "bending": 0.05}
-#: the same of yarns with a soft shell along the other paths: 2, 4 and 20 times less give the same curve
-SOFT_SPEED = 8.0
+#: the same of yarns with a soft shell in bending, and along the other paths: 2, 4 and 20 times less give the same curve
+SOFT_BENDING_SPEED, SOFT_SPEED = 0.4, 8.0
 
 
 class CellRun(Run):
@@ -203,8 +203,10 @@ class CellRun(Run):
         """Knits stretch by tens of per cent under small forces, along inlays they do not."""
         wanted = dict[tuple[str, str], float]()
         if self.is_relaxed:
-            usual = SOFT_SPEED if self.fabric.is_soft else SPEED["warp"]
+            usual = SOFT_SPEED if self.fabric.has_soft_yarns else SPEED["warp"]
             wanted["solver", "speed"] = RELAXED_SPEED.get(self.rig.path, usual)
+            if self.fabric.has_soft_yarns and self.rig.path == "bending":
+                wanted["solver", "speed"] = SOFT_BENDING_SPEED
         if self.pulls_loops and self.rig.path != "steps" and not (self.rig.path == "biaxial" and self.fabric.inlays):
             wanted["rig", "max_strain"] = KNIT_STRAIN
         return wanted

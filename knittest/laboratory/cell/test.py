@@ -118,7 +118,7 @@ class CellTest(TestRig):
 
 def relaxed_rows(run: CellRun, path: CellPath) -> int:
     """Number of rows at which the cell of ``run`` is relaxed on its ``path``."""
-    if run.fabric.is_soft:
+    if run.fabric.has_soft_yarns:
         contracts = run.rig.path in ("warp", "weft") and run.rig.transverse == "free"
         strain = SOFT_STRAIN if contracts else SOFT_STRAINS
         return max(FEWEST_SOFT, ceil(path.stretch / strain))

@@ -70,7 +70,7 @@ class FormingRun(Run):
         """Blanks whose loops carry a direction are formed slowly."""
         slowly = not self.fabric.has_inlays_both_ways
         if self.model.scale == "macro":
-            slowly = self.fabric.has_soft_law and self.rig.blank_holder_force > 0.0
+            slowly = self.fabric.has_biaxial_law and self.rig.blank_holder_force > 0.0
         return dict(LOOPS) if slowly else {}
 
     def with_derived_numbers(self) -> Self:

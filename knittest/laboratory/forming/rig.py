@@ -19,7 +19,7 @@ from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
 from knittest.laboratory.quality_checks import TRY_TEXT, SuggestedSetting, advise_finer_shells
 from knittest.laboratory.strips import pitch_vectors, stitch_counts
 from knittest.models.boundary import Boundary, Readings
-from knittest.models.meso import is_soft
+from knittest.models.meso import has_compliant_loops
 from knittest.models.tool import Table, Tool, plane, ramp
 from knittest.tooling.toolset import ToolSet
 
@@ -43,7 +43,7 @@ class FormingTest(TestRig):
         self.holder_force = run.rig.blank_holder_force_n
         start = run.solver.ramp_ms
         begin = PRESS + SETTLE if tools.holder is not None else 0.0
-        if self.scale == "meso" and is_soft(run.fabric):
+        if self.scale == "meso" and has_compliant_loops(run.fabric):
             # the holder presses soft loops flat with a hundred times the work of the stamp
             self.mounted_at = begin
         self.move, stop = _stroke(begin, run.solver.speed_mm_per_ms, start, run.rig.depth_mm)

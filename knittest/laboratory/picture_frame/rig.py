@@ -27,7 +27,7 @@ from knittest.laboratory.picture_frame.pictures import ARMS, WIDE
 from knittest.laboratory.strips import plate_block, values_at_frames
 from knittest.materials.trellis import crosshead, normalised_force
 from knittest.models.boundary import Boundary, Readings
-from knittest.models.meso import is_soft
+from knittest.models.meso import has_compliant_loops
 from knittest.models.tool import Table, ramp
 
 #: shear angles at which results are read [deg]
@@ -117,7 +117,7 @@ def start_up_angle(run: PictureFrameRun) -> float:
 
 def ramp_time(run: PictureFrameRun) -> float:
     """Time [ms] in which the frame reaches its speed: that of the solver, or longer with soft yarns."""
-    if run.model.scale == "macro" or not is_soft(run.fabric):
+    if run.model.scale == "macro" or not has_compliant_loops(run.fabric):
         return run.solver.ramp_ms
     return max(run.solver.ramp_ms, 2.0 * float(np.deg2rad(SOFT_START)) / _full_rate(run))
 

@@ -38,7 +38,8 @@ def homogenised_law(angle: Array, normalised: Array, start: float = START) -> tu
     middle = np.array([angle[number == k].mean() for k in used])
     mean = np.array([force[number == k].mean() for k in used])
     level = isotonic_regression(np.maximum(mean, 0.0)).x
-    return np.concatenate([[0.0], middle]), np.concatenate([[0.0], level])
+    rises = level > 0.0  # slack loops begin without force: the law rises from 0 to the first one
+    return np.concatenate([[0.0], middle[rises]]), np.concatenate([[0.0], level[rises]])
 
 
 def write_law(run: Path, out: Path) -> tuple[Array, Array]:

@@ -73,7 +73,7 @@ class TensileRun(Run):
         """Knits stretch by tens of per cent under small forces."""
         if not self.pulls_loops:
             return {}
-        return dict(KNIT[self.model.scale]) | (SOFT if self.fabric.is_soft else {})
+        return dict(KNIT[self.model.scale]) | (SOFT if self.fabric.has_soft_yarns else {})
 
     @model_validator(mode="after")
     def _force_is_of_loops(self) -> Self:

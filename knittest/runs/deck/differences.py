@@ -43,7 +43,7 @@ def deck_differences(run: Run, prepared: PreparedSpecimen, solver: Solver = "ls-
     """Differences between the model of ``run`` and its deck for ``solver``, with their numbers."""
     model = prepared.model
     if isinstance(model, YarnModel):
-        if model.shells is not None:
+        if model.soft_contact is not None:
             raise InputError("fabric.knitting.soft_shell: a deck cannot hold this contact; use --scale macro")
         found = _yarn_differences(run, model, solver)
     else:

@@ -17,6 +17,7 @@ from knittest.fabric.relaxation import relaxed_cell
 from knittest.fabric.topology import bundle_peak, draw
 from knittest.materials.yarn_section import sections, systems_of
 from knittest.runs.preflight.measured_counterparts import DIRECTIONS, Counterpart, largest_force, make_counterpart
+from knittest.solve.relaxed_cell import relaxed_fabric
 
 #: yarns of the bundle whose strength is compared
 BUNDLE = 200
@@ -75,9 +76,20 @@ def yarn_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
             yield from _bundle_counterparts(fabric, direction)
         yield from _bending_counterparts(fabric, direction)
     try:
-        yield from cell_counterparts(fabric, relaxed_cell(fabric))
+        relaxed = relaxed_fabric(fabric)
+        yield from _spacing_counterparts(fabric, relaxed)
+        yield from cell_counterparts(fabric, relaxed_cell(relaxed))
     except KnittestError as error:
         yield make_counterpart("thickness", "thickness", "mm", fabric.thickness, None, f"no relaxed cell: {error}")
+
+
+def _spacing_counterparts(fabric: Fabric, relaxed: Fabric) -> Iterator[Counterpart]:
+    """Compare the spacings of soft yarns with those of the ``relaxed`` fabric, which follow from the yarn."""
+    for name in ("warp_density", "weft_density") if fabric.has_soft_yarns else ():
+        yield make_counterpart(
+            name.replace("_", " "), name, "/100 mm", getattr(fabric, name), getattr(relaxed, name).value,
+            "relaxed fabric", MASS,
+        )  # fmt: skip
 
 
 def _fibre_counterparts(fabric: Fabric) -> Iterator[Counterpart]:
@@ -149,10 +161,8 @@ def cell_counterparts(fabric: Fabric, cell: Cell) -> Iterator[Counterpart]:
     """Compare thickness, loop length, crimp and mass with the relaxed ``cell``."""
     where = "relaxed cell"
     shape = CELL["thickness_mm"]
-    scatter = fabric.thickness.sd or 0.0
-    yield make_counterpart(
-        "thickness", "thickness", "mm", fabric.thickness, cell.thickness, where, THICKNESS, shape, scatter
-    )
+    scatter, found = fabric.thickness.sd or 0.0, cell.thickness + fabric.knitting.loose_fibres_mm
+    yield make_counterpart("thickness", "thickness", "mm", fabric.thickness, found, where, THICKNESS, shape, scatter)
     yield make_counterpart(
         "loop length", "loop_length", "mm", fabric.loop_length, cell.loop_length, where, LOOP, ("loop_length",)
     )

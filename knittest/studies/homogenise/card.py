@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,19 +26,30 @@ from knittest.laboratory.picture_frame.shear_law import FRAME_ANGLE, NORMALISED,
 from knittest.laboratory.tensile.config import TensileRun
 from knittest.materials.biaxial import SLACK
 from knittest.materials.biaxial_table import BiaxialTable
-from knittest.materials.energy_fit import fit_energy
+from knittest.materials.energy_fit import NoConvexEnergyError, fit_energy
 from knittest.materials.heavy_elastica import stiffness_of
 from knittest.materials.trellis import ANGLE
-from knittest.studies.homogenise.plan import PlannedTest, inlay_strain, overhang, strains_at_end, width
+from knittest.studies.homogenise.plan import (
+    REPEATED,
+    PlannedTest,
+    inlay_strain,
+    overhang,
+    strains_at_end,
+    width,
+)
 
 Array = NDArray[np.float64]
 
 #: points of a tension curve between the origin and the largest force
 POINTS = 40
+#: strain over the largest one of its direction below which a table may have too few rows between its paths
+NEAR_ZERO = 0.1
 #: smallest tangent of a tension curve, as a share of its secant: shell elements need one, breaking yarns have none
 LEAST_TANGENT = 0.01
 #: rows of a path of both strains, and intervals of the table from 0 to its highest strains
 PATH_ROWS, GRID = 81, 24
+#: the same intervals of yarns with a soft shell: the table ends up to one interval before the free contraction does
+SOFT_GRID = 48
 #: share of the planned strain by which a path that ends early is shorter
 AT_THE_END = 1e-3
 #: share of the largest strain at the ends of all paths from which on the end of one path is about the same
@@ -168,13 +179,61 @@ def reached_share(test: FinishedTest) -> float:
 
 #: largest force of a table over that of its paths
 BEYOND_PATHS = 1.1
+#: fall of a force between two rows of a table, over its largest one, from which on it is an overshoot
+OVERSHOOT = 0.02
+#: paths that a law of two strains may leave out, as loops on them jump from one state to another
+MOST_LEFT_OUT = 2
 
 
-def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, float]:
-    """Table of the energy that fits ``paths`` of rising angle best, inside them, and the deviation of their forces.
+class PathLaw(NamedTuple):
+    """Table of the law of two strains, the deviation of the forces of its paths, and the paths that it leaves out."""
 
-    Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each.
+    table: BiaxialTable
+    deviation: float
+    left_out: tuple[int, ...]
+
+
+def grid_of(fabric: Fabric) -> int:
+    """Intervals of the table of the law of two strains of ``fabric``."""
+    return SOFT_GRID if fabric.has_soft_yarns else GRID
+
+
+def optional_paths(pieces: Sequence[PlannedTest]) -> list[int]:
+    """Numbers of the paths that a law of two strains may leave out: those that the macro model does not repeat."""
+    return [k for k, piece in enumerate(pieces) if piece.angle not in REPEATED]
+
+
+def biaxial_table(paths: Sequence[tuple[Array, Array]], optional: Sequence[int] = (), grid: int = GRID) -> PathLaw:
+    """Table of the energy that fits ``paths`` of rising angle best, inside them, with ``grid`` intervals.
+
+    Each path has strains [-] and forces per width [N/mm] of warp and weft, (n, 2) each. Where no convex energy has all
+    their forces, those ``optional`` paths are left out without which the others deviate least.
     """
+    left_out: tuple[int, ...] = ()
+    found = _try_fit(paths, left_out, grid)
+    while isinstance(found, NoConvexEnergyError):
+        candidates = [(*left_out, k) for k in optional if k not in left_out]
+        if not candidates or len(left_out) == MOST_LEFT_OUT:
+            raise found
+        fits = {one: _try_fit(paths, one, grid) for one in candidates}
+        left_out = min(candidates, key=lambda one: fits[one].deviation)
+        found = fits[left_out]
+    return found
+
+
+def _try_fit(
+    paths: Sequence[tuple[Array, Array]], left_out: tuple[int, ...], grid: int
+) -> PathLaw | NoConvexEnergyError:
+    """Law of the ``paths`` that are not ``left_out``, or the error that they have no convex energy."""
+    try:
+        table, deviation = _fit_table([path for k, path in enumerate(paths) if k not in left_out], grid)
+    except NoConvexEnergyError as error:
+        return error
+    return PathLaw(table, deviation, left_out)
+
+
+def _fit_table(paths: Sequence[tuple[Array, Array]], intervals: int) -> tuple[BiaxialTable, float]:
+    """Table of the energy that fits ``paths`` best, with ``intervals``, and the deviation of their forces."""
     ends, strains, forces = [], [], []
     for strain, force in paths:
         even = np.linspace(0.0, 1.0, PATH_ROWS) * float(np.abs(strain).max())
@@ -184,8 +243,8 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, f
         ends.append(strain[-1])
     forces = [force - forces[0][0] for force in forces]  # a relaxed cell is free of stress, up to its residual
     strain, corners = np.vstack(strains), np.array(ends)
-    step = np.array([_last_strain(corners, i) for i in range(2)]) / GRID
-    lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), GRID + 1) for i in range(2)]
+    step = np.array([_last_strain(corners, i) for i in range(2)]) / intervals
+    lines = [step[i] * np.arange(np.ceil(strain[:, i].min() / step[i] - 1e-9), intervals + 1) for i in range(2)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     found = np.full(grid.shape, np.nan)
     known = _is_between(grid, corners)
@@ -193,6 +252,7 @@ def biaxial_table(paths: Sequence[tuple[Array, Array]]) -> tuple[BiaxialTable, f
     found[known] = sample_table(grid[known], law)[:, :2]
     # the straight line between the ends of two paths may lie beyond the strains where loops lock
     found[(np.abs(found) > BEYOND_PATHS * np.abs(np.vstack(forces)).max(axis=0)).any(axis=-1)] = np.nan
+    found[_overshoots(grid, found)] = np.nan
     found[np.abs(grid).max(axis=-1) == 0.0] = 0.0
     ends = [_last_contraction(lines[i], np.moveaxis(found[..., 1 - i], i, 0)) for i in range(2)]
     return BiaxialTable(lines[0][: ends[0]], lines[1][: ends[1]], found[: ends[0], : ends[1]]), deviation
@@ -210,11 +270,26 @@ def _last_contraction(along: Array, cross: Array) -> int:
     """Number of strains ``along`` a direction up to which the paths reach the free contraction of strips: the ``cross``
     forces (n, m), those of the other direction, then include one that pushes, or hardly any.
 
-    Near zero strain, between the paths, the table may have too few rows to show it.
+    Near zero strain, between the paths, the table may have too few rows to show it. Beyond, there are no gaps.
     """
     slack = SLACK * float(np.nanmax(np.abs(cross)))
     reached = (along <= 0.0) | (np.fmin.reduce(cross, axis=1) <= slack)
-    return 1 + int(np.flatnonzero(reached).max())
+    gaps = np.flatnonzero(~reached & (along > NEAR_ZERO * along[-1]))
+    return 1 + int(np.flatnonzero(reached[: gaps[0]] if len(gaps) else reached).max())
+
+
+def _overshoots(grid: Array, force: Array) -> NDArray[np.bool_]:
+    """Tell where the own force falls to the next strain of ``grid`` (n, m, 2), and beyond, in the corner of the table:
+    the spline of an energy may overshoot where loops are piled up.
+    """
+    found = np.zeros(force.shape[:-1], bool)
+    for axis in range(2):
+        own = force[..., axis]
+        first = (slice(None),) * axis + (slice(None, -1),)
+        falls = np.diff(own, axis=axis) < -OVERSHOOT * float(np.nanmax(np.abs(own)))
+        for corner in grid[first][falls]:
+            found |= (grid * np.sign(corner) >= np.abs(corner) - 1e-12).all(axis=-1)
+    return found
 
 
 def _is_between(grid: Array, corners: Array) -> NDArray[np.bool_]:
@@ -254,6 +329,8 @@ class MacroCard:
     biaxial: BiaxialTable | None = None
     #: largest deviation of the forces of the paths from those of an energy, over the largest force
     deviation: float = 0.0
+    #: paths that the table leaves out
+    left_out: tuple[int, ...] = ()
 
 
 def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
@@ -274,7 +351,9 @@ def card_of(tests: dict[PlannedTest, FinishedTest]) -> MacroCard:
         elif piece.direction:
             bending[piece.direction] = bending_stiffness(test)
     if paths:
-        return MacroCard(tension, shear, bending, tests, *biaxial_table([strain_path(test) for test in paths]))
+        optional = optional_paths([piece for piece in tests if piece.angle is not None])
+        law = biaxial_table([strain_path(test) for test in paths], optional, grid_of(paths[0].run.fabric))
+        return MacroCard(tension, shear, bending, tests, *law)
     return MacroCard(tension, shear, bending, tests)
 
 
@@ -311,6 +390,7 @@ def card_numbers(card: MacroCard) -> dict[str, float]:
     if card.biaxial is not None:
         found["biaxial, largest warp strain [%]"] = 100.0 * float(card.biaxial.warp[-1])
         found["biaxial, largest weft strain [%]"] = 100.0 * float(card.biaxial.weft[-1])
+        found["biaxial, paths left out"] = float(len(card.left_out))
         found["biaxial, deviation from an energy beyond 3 % of the strain [%]"] = 100.0 * card.deviation
     for direction in DIRECTIONS:
         if direction in card.tension:

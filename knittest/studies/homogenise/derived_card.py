@@ -67,6 +67,8 @@ OLD_PATHS = {f"{holder}.{new}": f"{holder}.{old}" for (holder, old), new in FIEL
 #: fields of a fabric without influence on its cell
 FIELDS_NOT_IN_KEY = {"name", "title", "macro", "experiment", "experiment_variant", "rigs"}
 DIGITS = 12
+#: note of a law of two strains that leaves out paths
+WITHOUT = ", without the paths at "
 
 
 class PathResult(NamedTuple):
@@ -316,10 +318,17 @@ def _fields(part: str, fabric: Fabric, numbers: Mapping[PlannedTest, PathResult]
     made, ends, digest = {}, {}, _digest(fabric)
     pieces = _paths_of(fabric, [part])
     if pieces[0].angle is not None:
-        table, _ = card.biaxial_table([(numbers[piece].x, numbers[piece].y) for piece in pieces])
+        paths = [(numbers[piece].x, numbers[piece].y) for piece in pieces]
+        table, _, left_out = card.biaxial_table(paths, card.optional_paths(pieces), card.grid_of(fabric))
+        without = ", ".join(f"{pieces[k].angle:g}" for k in left_out)
+        if without:
+            _tell_once(
+                f"fabric {fabric.name}: macro.biaxial leaves out the paths at {without} deg, on which loops jump"
+            )
         strain, force = table.samples
         rows = [[_round_number(v) for v in row] for row in np.column_stack([100.0 * strain, force])]
-        ref = _derived_ref(digest, next((numbers[piece].rejected for piece in pieces if numbers[piece].rejected), ""))
+        failed_paths = (numbers[piece].rejected for piece in pieces if numbers[piece].rejected)
+        ref = _derived_ref(digest, next(failed_paths, ""), f"{WITHOUT}{without} deg" if without else "")
         last = {d: 100.0 * numbers[piece].x[-1].max() for d, piece in card.ALONG.items()}
         failed = [d for d in card.ALONG if card.inlays_fail(fabric, d, last[d])]
         strains = {d: _bundle_strain(fabric, d, numbers[card.ALONG[d]]) for d in failed}
@@ -336,8 +345,8 @@ def _fields(part: str, fabric: Fabric, numbers: Mapping[PlannedTest, PathResult]
     return {part: made, "fracture_strain": ends} if part == "tension" else {part: made}
 
 
-def _derived_ref(digest: str, rejected: str = "") -> str:
-    return f"{FROM_YARNS}{digest}, preset {PRESET}" + (f"{REJECTED}{rejected}" if rejected else "")
+def _derived_ref(digest: str, rejected: str = "", note: str = "") -> str:
+    return f"{FROM_YARNS}{digest}, preset {PRESET}{note}" + (f"{REJECTED}{rejected}" if rejected else "")
 
 
 def _round_number(value: float) -> float:

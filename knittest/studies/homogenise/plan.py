@@ -93,7 +93,7 @@ def angles_without_inlays(fabric: Fabric) -> tuple[float, ...]:
     """Angles [deg] of the paths of a ``fabric`` without inlays in one direction; none with inlays both ways."""
     if fabric.has_inlays_both_ways:
         return ()
-    return SOFT_ANGLES if fabric.is_soft else KNIT_ANGLES
+    return SOFT_ANGLES if fabric.has_soft_yarns else KNIT_ANGLES
 
 
 @cache
@@ -268,11 +268,11 @@ def _strained_cell_run(request: Request, angle: float, sets: Sequence[Setting]) 
         command_setting("rig.steps", [tuple(float(round(v, 9)) for v in row) for row in steps]),
         command_setting("rig.at_fracture", "ends"),
     ]
-    if not run.fabric.is_soft:
+    if not run.fabric.has_soft_yarns:
         settings.append(command_setting("solver.speed", min(speed, HIGHEST_SPEED) if knit else speed))
     if knit:  # most paths end early, by their force
         settings += [
-            command_setting("rig.max_force", SOFT_FORCE if run.fabric.is_soft else KNIT_FORCE),
+            command_setting("rig.max_force", SOFT_FORCE if run.fabric.has_soft_yarns else KNIT_FORCE),
             command_setting("rig.max_slip", KNIT_SLIP),
         ]
     others = [setting for setting in sets if setting.path != ("rig", "max_strain")]
@@ -286,7 +286,7 @@ def _path_end(run: CellRun, angle: float, most: float) -> Array:
     inlay = np.array([inlay_strain(run.fabric, d) for d in DIRECTIONS])
     way = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))]) * np.minimum(inlay, most)
     knit = np.array([not run.fabric.inlays_along(d) for d in DIRECTIONS])
-    stretched = SOFT_STRAIN if run.fabric.is_soft else KNIT_STRAIN
+    stretched = SOFT_STRAIN if run.fabric.has_soft_yarns else KNIT_STRAIN
     limit = np.where(knit, np.where(way > 0.0, stretched, KNIT_CONTRACTION), inlay)
     return np.asarray(way * np.min(np.minimum(limit, most) / np.maximum(np.abs(way), 1e-9)))
 
