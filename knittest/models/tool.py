@@ -1,5 +1,6 @@
 """Rigid tools by shape as the kernel reads them, and functions of time that motions and loads follow."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import cos, sin
@@ -9,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.arrays import Array
 from knittest.base.errors import InputError
-from knittest.kernels.state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tools
+from knittest.kernels.state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tables, Tools
 from knittest.kernels.tool_contact import HELD
 from knittest.kernels.tool_shapes import FAR
 from knittest.models.inputs import direction, finite_array, number_above, orthonormal
@@ -17,10 +18,14 @@ from knittest.models.inputs import direction, finite_array, number_above, orthon
 
 @dataclass(frozen=True)
 class Table:
-    """Piecewise linear function of time: ``time`` [ms] and ``value``, (n_knots,); constant outside."""
+    """Piecewise linear function of time: ``time`` [ms] and ``value``, (n_knots,); constant outside.
+
+    A rig may replace it during a test by one of up to ``room`` knots more.
+    """
 
     time: tuple[float, ...]
     value: tuple[float, ...]
+    room: int = 0
 
     def __post_init__(self) -> None:
         time, value = (
@@ -40,9 +45,25 @@ class Table:
         y = np.interp(at, knots, value)
         return 0.5 * float((y[1:] + y[:-1]) @ np.diff(at))
 
+    def at(self, time: float) -> float:
+        """Value at ``time`` [ms]."""
+        return float(np.interp(time, *self._arrays))
+
+    def continued(self, begin: float, time: Sequence[float], value: Sequence[float]) -> "Table":
+        """The same up to ``begin`` [ms], then through the knots ``time`` [ms] and ``value``."""
+        kept = int(np.searchsorted(self._arrays[0], begin))
+        return Table((*self.time[:kept], begin, *time), (*self.value[:kept], self.at(begin), *value))
+
     @cached_property
     def _arrays(self) -> tuple[Array, Array]:
         return np.array(self.time), np.array(self.value)
+
+
+def put_table(tables: Tables, number: int, table: Table) -> None:
+    """Write ``table`` into row ``number`` of the kernel's ``tables``; raises :class:`ValueError` without room for it."""
+    knots = len(table.time)
+    tables.time[number, :knots], tables.value[number, :knots] = table.time, table.value
+    tables.knots[number] = knots
 
 
 def constant(value: float) -> Table:

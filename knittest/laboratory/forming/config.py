@@ -45,6 +45,10 @@ class FormingRig(Rig):
         0.05, "1", "share of the membrane or axial stiffness that is kept: yarns are far from their strength, and the "
         "step grows", gt=0, le=1,
     )  # fmt: skip
+    stamp_speedup: float = number(
+        1.0, "1", "largest speed of the stamp over solver.speed, which it reaches where the kinetic energy stays below "
+        "0.4 of its limit; 1: constant speed", ge=1, le=10,
+    )  # fmt: skip
     in_plane_bending: bool = Field(
         True, description="macro scale: inlays bend in the plane of the shells, as fabric.macro.in_plane_bending "
         "states, or else as EI of an inlay x inlays per width; false: they do not, and forces fall with the mesh",
