@@ -71,7 +71,7 @@ class FormingRun(Run):
     rig: FormingRig = Field(default_factory=FormingRig)
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
-        """Blanks whose loops carry a direction are formed slowly."""
+        """Blanks whose loops carry a direction are formed slowly, at constant speed."""
         slowly = not self.fabric.has_inlays_both_ways
         if self.model.scale == "macro":
             slowly = self.fabric.has_soft_law and self.rig.blank_holder_force > 0.0
@@ -87,10 +87,12 @@ class FormingRun(Run):
 
 #: speed [m/s] and damping [1/ms] of blanks without inlays in one direction: the stamp does little work on them;
 #: of shells with a law of two strains under a holder
-LOOPS = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02}
+LOOPS = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02, ("rig", "stamp_speedup"): 1.0}
 #: side of a shell of the blank [mm], and speed of the stamp on yarns [m/s]
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
+#: largest speed of the stamp on yarns over that
+SPEEDUP = 3.0
 
 #: lengths of the T-shaped stamp
 T = (
@@ -126,8 +128,8 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
         "macro": {"element_size": ELEMENT[preset], "self_contact": True},  # its folds touch
     }
     if scale == "meso":  # less work is done on a small piece, so its inertia must be smaller
-        solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.7, "speed": SPEED[preset]}
-        return {"model": model, "rig": SMALL_TOOLS[preset], "solver": solver}
+        solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.9, "speed": SPEED[preset]}
+        return {"model": model, "rig": SMALL_TOOLS[preset] | {"stamp_speedup": SPEEDUP}, "solver": solver}
     force = stated("blank_holder_force")
     free = {} if isinstance(force, int | float) and force > 0.0 else FREE_BLANK
     return {"model": model, "solver": {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.9} | free}
