@@ -1,5 +1,6 @@
 """Rigid tools by shape as the kernel reads them, and functions of time that motions and loads follow."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -39,11 +40,23 @@ class Table:
 
     def integral(self, time: float) -> float:
         """Integral from 0 to ``time`` [ms]: the travel of a velocity table."""
+        return float(self._from_first_knot(time) - self._from_first_knot(0.0))
+
+    def _from_first_knot(self, time: float) -> float:
+        """Integral from the first knot to ``time`` [ms]; called after every few steps, so that it uses no arrays."""
+        k = bisect_right(self.time, time) - 1
+        if k < 0:
+            return self.value[0] * (time - self.time[0])
+        since, rate = time - self.time[k], self.value[k]
+        if k + 1 < len(self.time):
+            rate += 0.5 * (self.value[k + 1] - rate) * since / (self.time[k + 1] - self.time[k])
+        return self._integrals[k] + rate * since
+
+    @cached_property
+    def _integrals(self) -> list[float]:
+        """Integrals from the first knot to each."""
         knots, value = self._arrays
-        first, last = np.searchsorted(knots, 0.0, side="right"), np.searchsorted(knots, time, side="left")
-        at = np.concatenate([[0.0], knots[first:last], [time]])
-        y = np.interp(at, knots, value)
-        return 0.5 * float((y[1:] + y[:-1]) @ np.diff(at))
+        return [0.0, *np.cumsum(0.5 * (value[1:] + value[:-1]) * np.diff(knots)).tolist()]
 
     def at(self, time: float) -> float:
         """Value at ``time`` [ms]."""

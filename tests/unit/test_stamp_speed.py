@@ -133,3 +133,11 @@ def test_a_motion_continues_from_any_time():
     table = Table((0.0, 1.0, 3.0), (0.0, 2.0, 2.0)).continued(2.0, (4.0, 5.0), (6.0, 0.0))
     assert (table.time, table.value) == ((0.0, 1.0, 2.0, 4.0, 5.0), (0.0, 2.0, 2.0, 6.0, 0.0))
     assert table.integral(5.0) == pytest.approx(1.0 + 2.0 + 8.0 + 3.0)
+
+
+@pytest.mark.parametrize("time", [-1.0, 0.0, 0.5, 1.0, 2.0, 2.5, 4.0, 7.0])
+def test_the_integral_of_a_table_is_that_of_its_samples(time):
+    """Also before its first knot, after its last, and where it jumps."""
+    table = Table((0.5, 2.0, 2.0, 4.0), (1.0, 3.0, -1.0, 2.0))
+    at = np.linspace(0.0, time, 200001)
+    assert table.integral(time) == pytest.approx(np.trapezoid(np.interp(at, table.time, table.value), at), abs=1e-4)
