@@ -6,7 +6,6 @@ from knittest.kernels.beam import quaternion_step
 from knittest.kernels.state import ABOUT, ALONG
 from knittest.kernels.vec import INLINE, KERNEL, LANE_SUMS, PART, U, clear_sums, rows3, rows4, total_of_sums
 
-
 #: work space, in floats
 SCRATCH = 2 * LANE_SUMS
 

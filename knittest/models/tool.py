@@ -73,7 +73,7 @@ class Table:
 
 
 def put_table(tables: Tables, number: int, table: Table) -> None:
-    """Write ``table`` into row ``number`` of the kernel's ``tables``; raises :class:`ValueError` without room for it."""
+    """Write ``table`` into row ``number`` of the kernel's ``tables``, which must have room for it."""
     knots = len(table.time)
     tables.time[number, :knots], tables.value[number, :knots] = table.time, table.value
     tables.knots[number] = knots

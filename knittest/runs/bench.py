@@ -11,9 +11,9 @@ from knittest.base.arrays import Array
 from knittest.base.machine import processor_ticks, steal_share
 from knittest.config.run import Run
 from knittest.kernels.beam import advance_beams
+from knittest.kernels.contact import POINT
 from knittest.kernels.contact_blocks import scatter_contacts
 from knittest.kernels.explicit import SCRATCH, apply_outside_forces, contact_share
-from knittest.kernels.contact import POINT
 from knittest.kernels.state import Drive, Tally
 from knittest.kernels.threading import best_threads
 from knittest.kernels.vec import PARTITIONS

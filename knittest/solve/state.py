@@ -62,6 +62,7 @@ class Rig(Protocol):
 
     def adjust(self, run: "Simulation") -> None:
         """Adjust motions and damping of ``run`` after a row; nothing by default."""
+        return
 
     def state(self) -> State:
         """Return what :meth:`adjust` has changed."""
@@ -69,6 +70,7 @@ class Rig(Protocol):
 
     def restore(self, state: State, tables: Tables) -> None:
         """Put back what :meth:`state` gave, also into the ``tables`` of the kernel."""
+        return
 
     def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""
@@ -253,8 +255,10 @@ class Simulation(ModelStepper):
         state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
         state |= arrays_of("tools", self.drive.tools, MOVING) | arrays_of("touch", self.drive.touch, TOUCHING)
         state |= with_prefix("rows", columns(self.rows)) | with_prefix("energies", columns(self.energy_rows))
-        state |= with_prefix("rig", self.rig.state()) | with_prefix("contacts", columns(self.contact_rows)) | arrays_of(
-            "run", self, ("tool_force", "tool_rows")
+        state |= (
+            with_prefix("rig", self.rig.state())
+            | with_prefix("contacts", columns(self.contact_rows))
+            | arrays_of("run", self, ("tool_force", "tool_rows"))
         )
         state["samples/time"] = np.array([t for t, _ in self.samples])
         state["samples/reaction"] = np.array([r for _, r in self.samples])

@@ -22,8 +22,8 @@ from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
 from knittest.laboratory.quality_checks import TRY_TEXT, SuggestedSetting, advise_finer_shells, kinetic_ratios
 from knittest.laboratory.strips import pitch_vectors, stitch_counts
 from knittest.models.boundary import Boundary, Readings
-from knittest.models.meso import is_soft
 from knittest.models.explicit_model import State, checked_array
+from knittest.models.meso import is_soft
 from knittest.models.tool import Table, Tool, plane, put_table, ramp
 from knittest.solve.state import Simulation
 from knittest.tooling.toolset import ToolSet
