@@ -1,4 +1,4 @@
-"""A stamp that accelerates: the same forces as at constant speed in less time, and bitwise the same run when resumed."""
+"""A stamp that accelerates: forces as at constant speed in less time, and bitwise the same run when resumed."""
 
 from collections.abc import Callable
 
