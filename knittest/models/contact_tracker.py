@@ -22,8 +22,8 @@ from knittest.models.image_contacts import masters, share_states
 OF_NODES = ("upright", "turned", "square", "excess", "shape")
 SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
-#: gap up to which contacts are tracked [mm], and in periodic cells, whose images grow with it. With 0.1 a step takes 1.1
-#: times as long in frames, which are searched often, and 0.96 times in forming while the stamp is slow
+#: gap up to which contacts are tracked [mm], and in periodic cells, whose images grow with it. With 0.1 a step takes
+#: 1.1 times as long in frames, which are searched often, and 0.96 times in forming while the stamp is slow
 CONTACT_SKIN, CELL_SKIN = 0.15, 0.1
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
