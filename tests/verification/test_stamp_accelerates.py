@@ -49,7 +49,7 @@ def fast() -> Specimen:
 
 
 def test_it_takes_less_time_and_ends_at_the_same_depth_and_force(fast: Specimen) -> None:
-    """Draw-in within 2 %. A hundred elements make forces uneven: they agree within 4 % of the largest, their mean 1 %."""
+    """Draw-in within 2 %. A hundred elements make forces uneven: within 4 % of the largest, their mean within 1 %."""
     slow = run_specimen(small(1.0))
     one, other = fast.history.curve, slow.history.curve
     assert fast.cost.steps < 0.85 * slow.cost.steps
