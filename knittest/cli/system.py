@@ -100,7 +100,7 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
     run = resolve(variant=variant, scale="meso", preset=preset, direction="warp")
     loops = resolve(variant=variant, scale="meso", preset=preset, test="picture-frame")
     shells = resolve(variant=variant, scale="macro", preset="paper", test="forming")
-    for line in (*kernel_lines(run, loops, shells), *sweep_lines(run), *run_lines(run)):
+    for line in (*kernel_lines(run, loops, shells), *sweep_lines(loops), *run_lines(run)):
         click.echo(line)
 
 
