@@ -78,7 +78,7 @@ def warmup() -> None:
 @click.option("--against", type=PATH, help="Folder of another checkout: time small runs of both in turn instead.")
 @click.option("--pairs", type=click.IntRange(1, 1000), default=5, show_default=True, help="Repeats with --against.")
 def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
-    """Measure the speed of the kernels with 1 and all threads, and the share of each part in the time of a run.
+    """Measure the speed of the kernels with 1 and all threads, of each sweep of a step, and of each part of a run.
 
     Shell elements are those of forming at its paper size (27,225), with its tools.
 
@@ -95,12 +95,12 @@ def bench(variant: str, preset: str, against: Path | None, pairs: int) -> None:
             click.echo(line)
         return
     from knittest.config.loading import resolve
-    from knittest.runs.bench import kernel_lines, run_lines
+    from knittest.runs.bench import kernel_lines, run_lines, sweep_lines
 
     run = resolve(variant=variant, scale="meso", preset=preset, direction="warp")
     loops = resolve(variant=variant, scale="meso", preset=preset, test="picture-frame")
     shells = resolve(variant=variant, scale="macro", preset="paper", test="forming")
-    for line in (*kernel_lines(run, loops, shells), *run_lines(run)):
+    for line in (*kernel_lines(run, loops, shells), *sweep_lines(loops), *run_lines(run)):
         click.echo(line)
 
 

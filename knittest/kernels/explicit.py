@@ -10,7 +10,7 @@ resists ``spin`` at crossings, ``oval`` sections, ``pairs`` of soft yarns, the `
 import numpy as np
 from numba import njit, prange
 
-from knittest.kernels import beam, contact, in_plane_blocks, shell_state, tool_contact
+from knittest.kernels import beam, contact, in_plane_blocks, loads, shell_state, tool_contact
 from knittest.kernels.beam import advance_beams, advance_free
 from knittest.kernels.contact_blocks import contact_forces, scatter_contacts
 from knittest.kernels.flattening import flatten, follow_sections
@@ -27,7 +27,7 @@ from knittest.kernels.tool_contact import forget_rooms, move_tools, touch_tools
 from knittest.kernels.vec import KERNEL, PARALLEL, PART, PARTITIONS, U, read_tables, rows3
 
 #: work space of one thread, in floats
-SCRATCH = max(m.SCRATCH for m in (beam, contact, shell_state, in_plane_blocks, tool_contact))
+SCRATCH = max(m.SCRATCH for m in (beam, contact, shell_state, in_plane_blocks, tool_contact, loads))
 
 
 @njit(**KERNEL)
@@ -76,7 +76,7 @@ def apply_outside_forces(p, dt, nodes, parts, tables, loads, tools, touch, tally
     """Forces of tools and loads on the nodes of one partition."""
     if tools is not None:
         touch_tools(p, parts.node[p], parts.node[p + 1], dt, nodes, tools, touch, tally, w)
-    apply_loads(p, dt, nodes, loads, tables, tally)
+    apply_loads(p, dt, nodes, loads, tables, tally, w)
 
 
 @njit(**PART)
@@ -93,7 +93,7 @@ def _yarn_share(
         start, stop, section = parts.span[k, 0], parts.span[k, 1], parts.span[k, 2]
         tally.energy[p, 2] += advance_beams(start, stop, section, time, dt, nodes, beams, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
-    book_loads(p, dt, nodes, loads, tables, tally)
+    book_loads(p, dt, nodes, loads, tables, tally, w)
     if oval is not None:
         turn_sections(parts.node[p], parts.node[p + 1], nodes, contacts)
         if contacts.shape.shape[1] > 0:
@@ -112,7 +112,7 @@ def _fabric_share(p, dt, nodes, parts, shells, bends, count, contacts, tables, m
     apply_outside_forces(p, dt, nodes, parts, tables, loads, tools, touch, tally, w)
     advance_free(start, stop, dt, nodes, w)
     impose_motions(p, dt, nodes, motions, tables, tally)
-    book_loads(p, dt, nodes, loads, tables, tally)
+    book_loads(p, dt, nodes, loads, tables, tally, w)
 
 
 @njit(**KERNEL)

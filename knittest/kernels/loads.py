@@ -4,7 +4,10 @@ from numba import njit
 
 from knittest.kernels.beam import quaternion_step
 from knittest.kernels.state import ABOUT, ALONG
-from knittest.kernels.vec import INLINE, KERNEL, PART, U, rows3, rows4
+from knittest.kernels.vec import INLINE, KERNEL, LANE_SUMS, PART, U, clear_sums, rows3, rows4, total_of_sums
+
+#: work space, in floats
+SCRATCH = 2 * LANE_SUMS
 
 
 @njit(**PART)
@@ -14,22 +17,28 @@ def present_load(value, table, tables):
 
 
 @njit(**INLINE)
-def _work(first, count, factor, value, rate):
-    """Sum of ``factor`` times the entries of ``value`` (count,) times the rates of the nodes from ``first`` on."""
-    work = 0.0
-    for k in range(U(count)):
-        work += factor * value[k] * rate[U(first) + k]
-    return work
+def _work(first, count, value, rate, w):
+    """Sum of the entries of ``value`` (count,) times the rates of the nodes from ``first`` on; ``w`` is work space."""
+    clear_sums(w, U(0))
+    for block in range(0, count, LANE_SUMS):
+        for k in range(U(min(LANE_SUMS, count - block))):
+            w[k] += value[U(block) + k] * rate[U(first + block) + k]
+    return total_of_sums(w, U(0))
 
 
 @njit(**INLINE)
-def _guided_work(first, count, factor, value, nodes, dof):
-    """:func:`_work` of the damping towards a guide, times the step."""
-    work, rate = 0.0, nodes.velocity[dof]
-    for k in range(U(count)):
-        i = U(first) + k
-        work += factor * value[k] * (1.0 - nodes.damping_factor[i]) * rate[i]
-    return work
+def _guided_work(first, count, value, nodes, dof, w):
+    """:func:`_work`, and the same of the share of the rates that damping takes."""
+    rate, damping = nodes.velocity[dof], nodes.damping_factor
+    clear_sums(w, U(0))
+    clear_sums(w, U(LANE_SUMS))
+    for block in range(0, count, LANE_SUMS):
+        for k in range(U(min(LANE_SUMS, count - block))):
+            i = U(first + block) + k
+            work = value[U(block) + k] * rate[i]
+            w[k] += work
+            w[U(LANE_SUMS) + k] += work * (1.0 - damping[i])
+    return total_of_sums(w, U(0)), total_of_sums(w, U(LANE_SUMS))
 
 
 @njit(**PART)
@@ -39,12 +48,12 @@ def _gain(dt, table, tables):
 
 
 @njit(**KERNEL)
-def apply_loads(partition, dt, nodes, loads, tables, tally):
+def apply_loads(partition, dt, nodes, loads, tables, tally, w):
     """Add the loads of one partition before its nodes are integrated; books the first half of their work [mJ].
 
     Moments act on the spin at once, divided by the damping that follows, so that they balance exactly at rest. Damping
     v -> f v towards a guide's velocity u is v -> f v + (1 - f) u: a force m (1 - f) u / dt. The guide accelerates the
-    nodes too, by m du/dt.
+    nodes too, by m du/dt. ``w`` is work space of ``SCRATCH`` numbers.
     """
     work, guided = 0.0, 0.0
     for run in range(loads.start[partition], loads.start[partition + 1]):
@@ -55,16 +64,16 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
             for k in range(U(count)):
                 i = U(first) + k
                 force[i] += value[k] * (factor * (1.0 - nodes.damping_factor[i]) / dt + gain)
-            guided += _guided_work(first, count, factor, value, nodes, dof)
-            work += _work(first, count, gain, value, nodes.velocity[dof])
+            moved, damped = _guided_work(first, count, value, nodes, dof, w)
+            work, guided = work + gain * moved, guided + factor * damped
         elif dof < 3:
             force = nodes.force[dof]
             for k in range(U(count)):
                 force[U(first) + k] += factor * value[k]
-            work += _work(first, count, factor, value, nodes.velocity[dof])
+            work += factor * _work(first, count, value, nodes.velocity[dof], w)
         else:
             spin = nodes.spin[dof - 3]
-            work += _work(first, count, factor, value, spin)
+            work += factor * _work(first, count, value, spin, w)
             for k in range(U(count)):
                 i = U(first) + k
                 spin[i] += factor * value[k] * nodes.inv_inertia[i] * dt / nodes.damping_factor[i]
@@ -73,18 +82,18 @@ def apply_loads(partition, dt, nodes, loads, tables, tally):
 
 
 @njit(**KERNEL)
-def book_loads(partition, dt, nodes, loads, tables, tally):
+def book_loads(partition, dt, nodes, loads, tables, tally, w):
     """Second half of the work, with the velocities after the step."""
     work, guided = 0.0, 0.0
     for run in range(loads.start[partition], loads.start[partition + 1]):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
         factor, value = present_load(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
-            guided += _guided_work(first, count, factor, value, nodes, dof)
-            gain = _gain(dt, loads.table[run], tables)
-            work += _work(first, count, gain, value, nodes.velocity[dof])
+            moved, damped = _guided_work(first, count, value, nodes, dof, w)
+            work += _gain(dt, loads.table[run], tables) * moved
+            guided += factor * damped
         else:
-            work += _work(first, count, factor, value, nodes.velocity[dof] if dof < 3 else nodes.spin[dof - 3])
+            work += factor * _work(first, count, value, nodes.velocity[dof] if dof < 3 else nodes.spin[dof - 3], w)
     tally.energy[partition, 0] += 0.5 * dt * work
     tally.energy[partition, 8] += 0.5 * guided
 

@@ -12,10 +12,23 @@ from knittest.kernels.contact import SIDE_BY_SIDE, penalty, spline_weights
 from knittest.kernels.laws import hinge_force
 from knittest.kernels.shell_state import AREA, state_index
 from knittest.kernels.soft_contact import shell_pressure
-from knittest.kernels.vec import ALLOCATING, INLINE, KERNEL, PART, at3, combine, dot, rows3, sub
+from knittest.kernels.vec import (
+    ALLOCATING,
+    INLINE,
+    KERNEL,
+    LANE_SUMS,
+    PART,
+    U,
+    at3,
+    combine,
+    dot,
+    rows3,
+    sub,
+    total_of_sums,
+)
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def kinetic_energy(nodes, mass, inertia, dt):
     """Kinetic energy at the last force evaluation [mJ] and what damping takes of it in one step [mJ].
 
@@ -24,15 +37,17 @@ def kinetic_energy(nodes, mass, inertia, dt):
     factor 5 for element-size waves. The small rotary part is taken at the half step. ``mass`` [g], ``inertia``
     [g mm^2] are 0 for clamped nodes.
     """
-    total, lost = 0.0, 0.0
-    for k in range(3):
-        v, f, w = nodes.velocity[k], nodes.force[k], nodes.spin[k]
-        for i in range(mass.size):
-            factor = nodes.damping_factor[i]
-            moving = mass[i] * v[i] * (v[i] - dt * nodes.inv_mass[i] * f[i]) / factor + inertia[i] * w[i] * w[i]
-            total += moving
-            lost += (1.0 - factor * factor) * moving
-    return 0.5 * total, 0.5 * lost
+    w, inv_mass, damping = np.zeros(2 * LANE_SUMS), nodes.inv_mass, nodes.damping_factor
+    for axis in range(3):
+        v, f, spin = nodes.velocity[axis], nodes.force[axis], nodes.spin[axis]
+        for block in range(0, mass.size, LANE_SUMS):
+            for k in range(U(min(LANE_SUMS, mass.size - block))):
+                i = U(block) + k
+                factor = damping[i]
+                moving = mass[i] * v[i] * (v[i] - dt * inv_mass[i] * f[i]) / factor + inertia[i] * spin[i] * spin[i]
+                w[k] += moving
+                w[U(LANE_SUMS) + k] += (1.0 - factor * factor) * moving
+    return 0.5 * total_of_sums(w, U(0)), 0.5 * total_of_sums(w, U(LANE_SUMS))
 
 
 @njit(**ALLOCATING)

@@ -13,7 +13,7 @@ from knittest.kernels.contact import FIRST_ALONG, FIRST_END, LAST_END, POINT, SE
 from knittest.kernels.line_contact import SAME, add_to_lists, find_tracked, is_other_kind, predecessor
 from knittest.kernels.pair_search import converge_point, reach_of
 from knittest.kernels.section_blocks import ARM, OTHER, SHIFT, TOUCH
-from knittest.kernels.vec import ALLOCATING, KERNEL, PART, U, put3, rows3
+from knittest.kernels.vec import ALLOCATING, KERNEL, LANE_SUMS, PART, U, put3, rows3
 
 #: share of the way that calls for a search from which on pieces are looked at along with it
 SOON = 0.5
@@ -54,7 +54,7 @@ def fill_cells(x, y, z, is_piece, cell, origin, shape, head, order):
     return cell_of
 
 
-@njit(**KERNEL)
+@njit(**ALLOCATING)
 def flag_moved(nodes, since, ahead, limit, moved):
     """Count nodes that moved, or will within ``ahead`` [ms], by ``limit`` [mm] from ``since`` (3, n).
 
@@ -64,15 +64,17 @@ def flag_moved(nodes, since, ahead, limit, moved):
     x, y, z = rows3(nodes.position)
     x0, y0, z0 = rows3(since)
     vx, vy, vz = rows3(nodes.velocity)
-    count, fastest2 = 0, 0.0
-    for i in range(moved.size):
-        speed2 = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2
-        distance = sqrt((x[i] - x0[i]) ** 2 + (y[i] - y0[i]) ** 2 + (z[i] - z0[i]) ** 2)
-        reached = distance + sqrt(speed2) * ahead
-        moved[i] = reached >= SOON * limit
-        count += reached >= limit
-        fastest2 = max(fastest2, speed2)
-    return count, sqrt(fastest2)
+    count, fastest2 = 0, np.zeros(LANE_SUMS)
+    for block in range(0, moved.size, LANE_SUMS):
+        for k in range(U(min(LANE_SUMS, moved.size - block))):
+            i = U(block) + k
+            speed2 = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2
+            distance = sqrt((x[i] - x0[i]) ** 2 + (y[i] - y0[i]) ** 2 + (z[i] - z0[i]) ** 2)
+            reached = distance + sqrt(speed2) * ahead
+            moved[i] = reached >= SOON * limit
+            count += reached >= limit
+            fastest2[k] = speed2 if speed2 > fastest2[k] else fastest2[k]
+    return count, sqrt(fastest2.max())
 
 
 def largest_speed(nodes):

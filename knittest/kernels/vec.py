@@ -139,6 +139,28 @@ def store3(w, i, lanes, v):
     w[i], w[i + lanes], w[i + lanes + lanes] = v
 
 
+#: terms that are summed side by side: a sum in one order waits for each addition and does not vectorise
+LANE_SUMS = 64
+
+
+@njit(**INLINE)
+def clear_sums(w, at):
+    """Clear :data:`LANE_SUMS` sums of the scratch ``w`` from ``at`` on."""
+    for k in range(U(LANE_SUMS)):
+        w[at + k] = 0.0
+
+
+@njit(**INLINE)
+def total_of_sums(w, at):
+    """Total of :data:`LANE_SUMS` sums of the scratch ``w`` from ``at`` on, in a fixed order; changes them."""
+    half = U(LANE_SUMS) >> ONE
+    while half > U(0):
+        for k in range(half):
+            w[at + k] += w[at + half + k]
+        half = half >> ONE
+    return w[at]
+
+
 @njit(**PART)
 def table_value(times, values, time):
     """Value at ``time`` of the piecewise linear function through (times, values); constant outside."""

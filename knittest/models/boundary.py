@@ -24,7 +24,7 @@ from knittest.models.inputs import (
     number_above,
     orthonormal,
 )
-from knittest.models.tool import Table, Tool, constant, tool_arrays
+from knittest.models.tool import Table, Tool, constant, put_table, tool_arrays
 
 
 def group_loads(start: Index, node: Index, dof: Index, table: Index, guides: Index, value: Array) -> Loads:
@@ -227,15 +227,15 @@ class Boundary:
     def drive(self) -> Drive:
         """Tables, motions, loads and tools as the kernel takes them."""
         self._driven = True
-        knots = np.array([len(t.time) for t in self.tables])
-        time, value = np.zeros((2, len(self.tables), knots.max()))
-        for k, table in enumerate(self.tables):
-            time[k, : knots[k]], value[k, : knots[k]] = table.time, table.value
+        knots = np.zeros(len(self.tables), np.int64)
+        time, value = np.zeros((2, len(self.tables), max(len(t.time) + t.room for t in self.tables)))
         motions = self._motion_arrays()
         loads = group_loads(
             *self._sort_by_partition(self._loads, (np.int64, np.int64, np.int64, np.int64, np.float64), runs=True)
         )
         tables = Tables(knots, time, value, np.zeros((2, len(self.tables))))
+        for number, table in enumerate(self.tables):
+            put_table(tables, number, table)
         return Drive(tables, motions, loads, tool_arrays(self.tools), self._contact_state())
 
     def _motion_arrays(self) -> Motions:

@@ -1,5 +1,7 @@
 """Rigid tools by shape as the kernel reads them, and functions of time that motions and loads follow."""
 
+from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import cos, sin
@@ -9,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from knittest.base.arrays import Array
 from knittest.base.errors import InputError
-from knittest.kernels.state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tools
+from knittest.kernels.state import CYLINDER, GRID, PLANE, PLATE, SWEPT, Tables, Tools
 from knittest.kernels.tool_contact import HELD
 from knittest.kernels.tool_shapes import FAR
 from knittest.models.inputs import direction, finite_array, number_above, orthonormal
@@ -17,10 +19,14 @@ from knittest.models.inputs import direction, finite_array, number_above, orthon
 
 @dataclass(frozen=True)
 class Table:
-    """Piecewise linear function of time: ``time`` [ms] and ``value``, (n_knots,); constant outside."""
+    """Piecewise linear function of time: ``time`` [ms] and ``value``, (n_knots,); constant outside.
+
+    A rig may replace it during a test by one of up to ``room`` knots more.
+    """
 
     time: tuple[float, ...]
     value: tuple[float, ...]
+    room: int = 0
 
     def __post_init__(self) -> None:
         time, value = (
@@ -34,15 +40,43 @@ class Table:
 
     def integral(self, time: float) -> float:
         """Integral from 0 to ``time`` [ms]: the travel of a velocity table."""
+        return float(self._from_first_knot(time) - self._from_first_knot(0.0))
+
+    def _from_first_knot(self, time: float) -> float:
+        """Integral from the first knot to ``time`` [ms]; called after every few steps, so that it uses no arrays."""
+        k = bisect_right(self.time, time) - 1
+        if k < 0:
+            return self.value[0] * (time - self.time[0])
+        since, rate = time - self.time[k], self.value[k]
+        if k + 1 < len(self.time):
+            rate += 0.5 * (self.value[k + 1] - rate) * since / (self.time[k + 1] - self.time[k])
+        return self._integrals[k] + rate * since
+
+    @cached_property
+    def _integrals(self) -> list[float]:
+        """Integrals from the first knot to each."""
         knots, value = self._arrays
-        first, last = np.searchsorted(knots, 0.0, side="right"), np.searchsorted(knots, time, side="left")
-        at = np.concatenate([[0.0], knots[first:last], [time]])
-        y = np.interp(at, knots, value)
-        return 0.5 * float((y[1:] + y[:-1]) @ np.diff(at))
+        return [0.0, *np.cumsum(0.5 * (value[1:] + value[:-1]) * np.diff(knots)).tolist()]
+
+    def at(self, time: float) -> float:
+        """Value at ``time`` [ms]."""
+        return float(np.interp(time, *self._arrays))
+
+    def continued(self, begin: float, time: Sequence[float], value: Sequence[float]) -> "Table":
+        """The same up to ``begin`` [ms], then through the knots ``time`` [ms] and ``value``."""
+        kept = int(np.searchsorted(self._arrays[0], begin))
+        return Table((*self.time[:kept], begin, *time), (*self.value[:kept], self.at(begin), *value))
 
     @cached_property
     def _arrays(self) -> tuple[Array, Array]:
         return np.array(self.time), np.array(self.value)
+
+
+def put_table(tables: Tables, number: int, table: Table) -> None:
+    """Write ``table`` into row ``number`` of the kernel's ``tables``, which must have room for it."""
+    knots = len(table.time)
+    tables.time[number, :knots], tables.value[number, :knots] = table.time, table.value
+    tables.knots[number] = knots
 
 
 def constant(value: float) -> Table:

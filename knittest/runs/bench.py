@@ -3,21 +3,30 @@
 import statistics
 import time as clock
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
+from knittest.base.arrays import Array
 from knittest.base.machine import processor_ticks, steal_share
 from knittest.config.run import Run
-from knittest.kernels.explicit import SCRATCH
+from knittest.kernels.beam import advance_beams
+from knittest.kernels.contact import POINT
+from knittest.kernels.contact_blocks import scatter_contacts
+from knittest.kernels.explicit import SCRATCH, apply_outside_forces, contact_share
+from knittest.kernels.state import Drive, Tally
 from knittest.kernels.threading import best_threads
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.boundary import Boundary, new_tally
+from knittest.models.explicit_model import ExplicitModel
 from knittest.models.yarn_model import YarnModel
 from knittest.runs.specimen import prepare
 from knittest.solve.compilation import load_kernels
 from knittest.solve.simulation import simulate
 
 STEPS, REPEATS = 50, 5
+#: gap [mm] from which a contact that waits could be left alone for some steps
+WIDE_GAP = 0.02
 
 
 def _median_time(call: Callable[[], object]) -> float:
@@ -30,8 +39,29 @@ def _median_time(call: Callable[[], object]) -> float:
     return statistics.median(times)
 
 
-def _stepping_call(run: Run, contact: bool) -> tuple[Callable[[], object], int, int]:
-    """A call that advances a new model by STEPS without motion, and its numbers of elements and yarn contacts."""
+@dataclass(frozen=True)
+class Stepping:
+    """A model in its rig, ready for steps without motion, with its number of yarn ``contacts``."""
+
+    model: ExplicitModel
+    drive: Drive
+    tally: Tally
+    dt: float
+    scratch: Array
+    contacts: int
+
+    @property
+    def elements(self) -> int:
+        """Number of elements."""
+        return len(self.model.mesh.cells)
+
+    def advance(self) -> None:
+        """Advance by STEPS."""
+        self.model.advance(STEPS, 0.0, self.dt, self.drive, self.tally, self.scratch)
+
+
+def _stepping(run: Run, contact: bool) -> Stepping:
+    """A new model of ``run``, with or without ``contact`` of yarns."""
     meso = run.model.meso.model_copy(update={"contact": contact})
     prepared = prepare(run.model_copy(update={"model": run.model.model_copy(update={"meso": meso})}))
     model = prepared.model
@@ -41,7 +71,7 @@ def _stepping_call(run: Run, contact: bool) -> tuple[Callable[[], object], int, 
     drive, tally = boundary.drive(), new_tally(boundary)
     model.prepare()
     contacts = model.tracker.count if contact and isinstance(model, YarnModel) else 0
-    return lambda: model.advance(STEPS, 0.0, dt, drive, tally, scratch), len(model.mesh.cells), contacts
+    return Stepping(model, drive, tally, dt, scratch, contacts)
 
 
 def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
@@ -58,15 +88,134 @@ def kernel_lines(yarns: Run, loops: Run, shells: Run) -> Iterator[str]:
     yield "".join((*heads, f"{'ns/element-step':>17}", f"{'M element-steps/s':>19}"))
     before = processor_ticks()
     for name, run, contact in cases:
-        call, elements, contacts = _stepping_call(run, contact)
+        found = _stepping(run, contact)
         for threads in sorted({1, best_threads(None)}):
             numba.set_num_threads(threads)
-            seconds = _median_time(call) / STEPS / elements
-            each = f"{contacts / elements:.2f}" if contact else "-"
-            yield f"{name:<20}{elements:>10}{each:>15}{threads:>9}{1e9 * seconds:>17.1f}{1e-6 / seconds:>19.1f}"
+            seconds = _median_time(found.advance) / STEPS / found.elements
+            each = f"{found.contacts / found.elements:.2f}" if contact else "-"
+            yield f"{name:<20}{found.elements:>10}{each:>15}{threads:>9}{1e9 * seconds:>17.1f}{1e-6 / seconds:>19.1f}"
     taken = steal_share(before, processor_ticks())
     share = "not known" if taken is None else f"{100.0 * taken:.1f} %"
     yield f"processor time taken by the host: {share}"
+
+
+#: arrays that each sweep of a step reads, and those that it writes; of nodes, contacts and beams. Nodes that contacts
+#: press are in the cache
+SWEEPS: dict[str, tuple[str, str]] = {
+    "contacts": (
+        "position spin piece parameter line reach slipping spring offset tangent other_tangent force arm share",
+        "parameter reach slipping spring offset tangent other_tangent force",
+    ),
+    "contact forces to nodes": (
+        "half piece parameter force offset arm couple", "",
+    ),
+    "loads and tools": ("velocity damping_factor node_force", "node_force"),
+    "beams, integration": (
+        "position rotation velocity spin node_force node_moment inv_mass inv_inertia damping_factor tangent_of_beam "
+        "inv_length alive fail_strain slack", "position rotation velocity spin node_force",
+    ),
+}  # fmt: skip
+
+
+def sweep_lines(run: Run) -> Iterator[str]:
+    """Time of each sweep of a step of yarns on one thread, the memory that it moves, and the contacts by class.
+
+    The last column is the share of the speed at which memory of the same size is copied: of the roofline of a sweep
+    that waits for memory alone.
+    """
+    import numba
+
+    found = _stepping(run, contact=True)
+    model = found.model
+    assert isinstance(model, YarnModel)
+    numba.set_num_threads(1)
+    found.advance()
+    sizes = _array_sizes(model)
+    copied = _copy_speed(sum(sizes.values()))
+    yield f"{'sweep':<26}{'us/step':>10}{'ns/element':>13}{'GB/s':>8}{'of copying':>13}"
+    for (name, (reads, writes)), call in zip(SWEEPS.items(), _sweep_calls(found, model), strict=True):
+        seconds = max(_least_time(call, 1) - _least_time(call, 0), 0.0)
+        moved = sum(sizes[one] for one in (*reads.split(), *writes.split()))
+        rate, each = moved / seconds if seconds > 0.0 else 0.0, 1e9 * seconds / found.elements
+        yield f"{name:<26}{1e6 * seconds:>10.1f}{each:>13.2f}{1e-9 * rate:>8.1f}{100.0 * rate / copied:>11.0f} %"
+    yield _contact_classes(model)
+
+
+def _least_time(call: Callable[[int], None], whole: int) -> float:
+    """Least mean time of ``call``(``whole``), which is small beside that of the call itself."""
+    call(whole)
+    times = []
+    for _ in range(REPEATS):
+        start = clock.process_time()
+        for _ in range(STEPS):
+            call(whole)
+        times.append((clock.process_time() - start) / STEPS)
+    return min(times)
+
+
+def _sweep_calls(found: Stepping, model: YarnModel) -> list[Callable[[int], None]]:
+    """Calls of the :data:`SWEEPS` over all partitions: of the whole (1), or of nothing (0), which Python takes too."""
+    nodes, parts, beams, w = model.nodes, model.parts, model.beams, found.scratch[0]
+    contacts, count, alive = model.tracker.contacts, model.tracker.count, model.beams.alive
+    tables, _, loads, tools, touch = model.kernel_drive(found.drive)
+    oval = True if model.group.excess.size else None
+    no_half = contacts._replace(half_start=np.zeros_like(contacts.half_start))
+    no_load = loads._replace(start=np.zeros_like(loads.start))
+    no_node = parts._replace(node=np.zeros_like(parts.node))
+
+    def evaluate(whole: int) -> None:
+        for p in range(PARTITIONS):
+            contact_share(p, whole * count, found.dt, nodes, contacts, alive, model.law, model.law.spin, oval,
+                          found.tally, w)  # fmt: skip
+
+    def collect(whole: int) -> None:
+        for p in range(PARTITIONS):
+            scatter_contacts(p, nodes, contacts if whole else no_half)
+
+    def act(whole: int) -> None:
+        where, what = (parts, loads) if whole else (no_node, no_load)
+        for p in range(PARTITIONS):
+            apply_outside_forces(p, found.dt, nodes, where, tables, what, tools, touch, found.tally, w)
+
+    def integrate(whole: int) -> None:  # by no time: nothing moves
+        for start, stop, section in parts.span.tolist():
+            advance_beams(start, stop if whole else start, section, 0.0, 0.0, nodes, beams, w)
+
+    return [evaluate, collect, act, integrate]
+
+
+def _array_sizes(model: YarnModel) -> dict[str, int]:
+    """Bytes of the arrays in :data:`SWEEPS`."""
+    nodes, count = model.nodes, model.tracker.count
+    sizes = {name: getattr(model.beams, name).nbytes for name in ("inv_length", "alive", "fail_strain", "slack")}
+    sizes |= {name: getattr(nodes, name).nbytes for name in nodes._fields if name not in ("force", "moment")}
+    sizes |= {"tangent_of_beam": model.beams.tangent.nbytes}
+    sizes |= {"node_force": nodes.force.nbytes, "node_moment": nodes.moment.nbytes}
+    contacts = model.tracker.contacts
+    for name in (*SWEEPS["contacts"][0].split()[2:], "couple"):
+        sizes[name] = getattr(contacts, name)[..., :count].nbytes
+    return sizes | {"half": 2 * count * contacts.half.itemsize}
+
+
+def _copy_speed(size: int) -> float:
+    """Bytes read and written in a second where ``size`` bytes are copied within as many."""
+    source = np.ones(size // 16)
+    target = np.zeros_like(source)
+    return 2 * source.nbytes / _median_time(lambda: np.copyto(target, source))
+
+
+def _contact_classes(model: YarnModel) -> str:
+    """Shares of the contacts that are open, stick, slip or lie along a yarn."""
+    contacts, count = model.tracker.contacts, model.tracker.count
+    pressing = (contacts.force[:, :count] != 0.0).any(axis=0)
+    slipping, line = pressing & (contacts.slipping[:count] > 0.0), contacts.line[:count] != POINT
+    gap = np.linalg.norm(contacts.offset[:, :count], axis=0) - contacts.reach[:count]
+    shares = {
+        "open": ~pressing, f"open by more than {WIDE_GAP:g} mm": gap > WIDE_GAP, "slip": slipping,
+        "stick": pressing & ~slipping, "side by side": line,
+    }  # fmt: skip
+    texts = (f"{name} {100.0 * float(flags.mean() if count else 0.0):.0f} %" for name, flags in shares.items())
+    return f"{count} contacts: {', '.join(texts)}"
 
 
 def run_lines(run: Run) -> Iterator[str]:

@@ -88,7 +88,7 @@ def _begin(model: ExplicitModel, rig: Rig, solver: Solver, observer: Observer) -
         return run
     run.restore(snapshot)
     run.cost.time_step = run.dt
-    observer.report_resume(min(run.time / run.rig.duration, 1.0), run.time)  # the last chunk may end a little later
+    observer.report_resume(min(run.rig.share_done(run.time), 1.0), run.time)  # the last chunk may end a little later
     before = float(snapshot.state["run/rest_damping_factor"])
     if before != run.rest_damping_factor:  # a forced restart with another step or damping
         _damp_recoil(run)
@@ -116,7 +116,8 @@ def _run_rows(
         row = _record(run, stored if relaxed is None else _stored_energies(run), relaxed)
         if check_speed is not None:
             check_speed(run)
-        fraction = run.time / run.rig.duration
+        run.rig.adjust(run)
+        fraction = run.rig.share_done(run.time)
         if fraction >= marks[len(run.frames)]:
             run.frames.append(_frame(run, row))
         force = row[run.rig.force]
@@ -275,7 +276,7 @@ def _damp_recoil(run: Simulation) -> None:
     friction among the fibres do not let that be seen. The damping ends before its drag could matter.
     """
     ring = run.rig.ring_time(run.model.wave_speed)
-    run.model.nodes.damping_factor[:] = np.exp(-run.solver.damping * run.dt)
+    run.model.nodes.damping_factor[:] = run.rest_damping_factor
     fresh = run.model.broken_nodes(run.time - RINGING * ring)
     if len(fresh):
         run.model.nodes.damping_factor[fresh] = np.exp(-np.pi / ring * run.dt)

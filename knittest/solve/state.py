@@ -13,7 +13,7 @@ from knittest.base.history import Frame, InitialEquilibrium, Overlaps
 from knittest.config.run import Solver
 from knittest.kernels import monitor
 from knittest.kernels.explicit import SCRATCH
-from knittest.kernels.state import Drive, Tally
+from knittest.kernels.state import Drive, Tables, Tally
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.boundary import Boundary, Readings
 from knittest.models.explicit_model import (
@@ -55,6 +55,22 @@ class Rig(Protocol):
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Curve columns at ``time`` [ms] from the means of the last steps."""
+
+    def share_done(self, time: float) -> float:
+        """Share of the test (0 to 1) that is done at ``time`` [ms]."""
+        return time / self.duration
+
+    def adjust(self, run: "Simulation") -> None:
+        """Adjust motions and damping of ``run`` after a row; nothing by default."""
+        return
+
+    def state(self) -> State:
+        """Return what :meth:`adjust` has changed."""
+        return {}
+
+    def restore(self, state: State, tables: Tables) -> None:
+        """Put back what :meth:`state` gave, also into the ``tables`` of the kernel."""
+        return
 
     def is_finished(self, force: float, peak: float, broken: bool) -> bool:
         """Tell whether the test is over, with the force and its peak [N] and whether anything has failed."""
@@ -126,6 +142,7 @@ SCALARS = (
     "step_share",
     "relaxation_loss",
     "moving_energy",
+    "damping_share",
 )
 COSTS = ("advance_s", "penetration_max", "penetration_mean")
 #: numbers of a frame
@@ -185,6 +202,7 @@ class Simulation(ModelStepper):
     solver: Solver
     row_steps: int = 0
     step_share: float = 1.0  # of the time step of the start, which contacts may have shortened since
+    damping_share: float = 1.0  # of the configured damping, which a rig may have lowered
     kinetic_scale: float = 0.0  # of the specimen at clamp speed [mJ]
     start_energy: Array = field(
         default_factory=lambda: np.zeros(0)
@@ -217,10 +235,17 @@ class Simulation(ModelStepper):
         self.loss_rate *= share
         self.model.nodes.damping_factor[:] **= share
 
+    def set_damping(self, share: float) -> None:
+        """Continue with ``share`` of the configured damping."""
+        change = share / self.damping_share
+        self.damping_share = share
+        self.loss_rate *= change
+        self.model.nodes.damping_factor[:] **= change
+
     @property
     def rest_damping_factor(self) -> float:
-        """Share of velocity that the configured damping leaves in one step."""
-        return float(np.exp(-self.solver.damping * self.dt))
+        """Share of velocity that the damping leaves in one step where nothing broke a moment ago."""
+        return float(np.exp(-self.solver.damping * self.damping_share * self.dt))
 
     def snapshot(self) -> Snapshot:
         """State of this run that changes, complete, as copies."""
@@ -230,8 +255,10 @@ class Simulation(ModelStepper):
         state |= arrays_of("cost", self.cost, ("steps", *COSTS)) | arrays_of("tally", self.tally, Tally._fields)
         state |= arrays_of("tools", self.drive.tools, MOVING) | arrays_of("touch", self.drive.touch, TOUCHING)
         state |= with_prefix("rows", columns(self.rows)) | with_prefix("energies", columns(self.energy_rows))
-        state |= with_prefix("contacts", columns(self.contact_rows)) | arrays_of(
-            "run", self, ("tool_force", "tool_rows")
+        state |= (
+            with_prefix("rig", self.rig.state())
+            | with_prefix("contacts", columns(self.contact_rows))
+            | arrays_of("run", self, ("tool_force", "tool_rows"))
         )
         state["samples/time"] = np.array([t for t, _ in self.samples])
         state["samples/reaction"] = np.array([r for _, r in self.samples])
@@ -261,6 +288,7 @@ class Simulation(ModelStepper):
         )
         self.rows, self.energy_rows = rows_of(without_prefix(state, "rows")), rows_of(without_prefix(state, "energies"))
         self.contact_rows = rows_of(without_prefix(state, "contacts"))
+        self.rig.restore(without_prefix(state, "rig"), self.drive.tables)
         self.tool_force = checked_array(state, "run/tool_force", self.tool_force.shape)
         self.tool_rows = int(checked_array(state, "run/tool_rows", ()))
         self.samples = list(

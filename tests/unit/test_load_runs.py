@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knittest.config.loading import resolve
-from knittest.kernels.loads import apply_loads, book_loads
+from knittest.kernels.loads import SCRATCH, apply_loads, book_loads
 from knittest.kernels.vec import PARTITIONS, read_tables
 from knittest.laboratory.base import fabric_laminate
 from knittest.models.boundary import Boundary, new_tally
@@ -28,7 +28,7 @@ def test_loads_in_runs_are_the_loads_given():
     read_tables(drive.tables, 0.0, 1.0)
     model.nodes.velocity[:], model.nodes.spin[:], model.nodes.damping_factor[:] = 1.0, 0.0, 0.8
     for p in range(PARTITIONS):
-        apply_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally)
+        apply_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally, np.zeros(SCRATCH))
     moment = 0.8 * model.nodes.spin[:, :n] / model.nodes.inv_inertia[:n]
     np.testing.assert_allclose(model.nodes.force[:, :n], expected[:3], atol=1e-12)
     np.testing.assert_allclose(moment, expected[3:], atol=1e-12)
@@ -49,7 +49,7 @@ def test_a_run_ends_with_its_table_and_with_its_partition(split):
     model.nodes.velocity[2] = 1.0
     for p in range(PARTITIONS):
         before = model.nodes.force[2, :n].copy()
-        apply_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally)
+        apply_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally, np.zeros(SCRATCH))
         loaded = np.flatnonzero(model.nodes.force[2, :n] != before)
         assert loaded.tolist() == list(range(model.parts.node[p], model.parts.node[p + 1]))
     given = np.where(np.arange(n) < split, 2.0, -3.0)
@@ -57,5 +57,5 @@ def test_a_run_ends_with_its_table_and_with_its_partition(split):
     assert tally.energy[:, 0].sum() == pytest.approx(0.5 * given.sum()), "half of the work before the step"
     model.nodes.velocity[2] = 3.0
     for p in range(PARTITIONS):
-        book_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally)
+        book_loads(p, 1.0, model.nodes, drive.loads, drive.tables, tally, np.zeros(SCRATCH))
     assert tally.energy[:, 0].sum() == pytest.approx(2.0 * given.sum()), "and half after it"

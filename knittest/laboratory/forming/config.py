@@ -45,6 +45,10 @@ class FormingRig(Rig):
         0.05, "1", "share of the membrane or axial stiffness that is kept: yarns are far from their strength, and the "
         "step grows", gt=0, le=1,
     )  # fmt: skip
+    stamp_speedup: float = number(
+        1.0, "1", "largest speed of the stamp over solver.speed, which it reaches where the kinetic energy stays below "
+        "0.4 of its limit; 1: constant speed", ge=1, le=10,
+    )  # fmt: skip
     in_plane_bending: bool = Field(
         True, description="macro scale: inlays bend in the plane of the shells, as fabric.macro.in_plane_bending "
         "states, or else as EI of an inlay x inlays per width; false: they do not, and forces fall with the mesh",
@@ -67,7 +71,7 @@ class FormingRun(Run):
     rig: FormingRig = Field(default_factory=FormingRig)
 
     def structure_defaults(self) -> dict[tuple[str, str], float]:
-        """Blanks whose loops carry a direction are formed slowly."""
+        """Blanks whose loops carry a direction are formed slowly, at constant speed."""
         slowly = not self.fabric.has_inlays_both_ways
         if self.model.scale == "macro":
             slowly = self.fabric.has_biaxial_law and self.rig.blank_holder_force > 0.0
@@ -83,10 +87,12 @@ class FormingRun(Run):
 
 #: speed [m/s] and damping [1/ms] of blanks without inlays in one direction: the stamp does little work on them;
 #: of shells with a law of two strains under a holder
-LOOPS = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02}
+LOOPS = {("solver", "speed"): 0.1, ("solver", "damping"): 0.02, ("rig", "stamp_speedup"): 1.0}
 #: side of a shell of the blank [mm], and speed of the stamp on yarns [m/s]
 ELEMENT = {"quick": 6.0, "standard": 3.0, "paper": 2.0}
 SPEED = {"quick": 0.2, "standard": 0.5, "paper": 0.5}
+#: largest speed of the stamp on yarns over that
+SPEEDUP = 3.0
 
 #: lengths of the T-shaped stamp
 T = (
@@ -122,8 +128,8 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
         "macro": {"element_size": ELEMENT[preset], "self_contact": True},  # its folds touch
     }
     if scale == "meso":  # less work is done on a small piece, so its inertia must be smaller
-        solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.7, "speed": SPEED[preset]}
-        return {"model": model, "rig": SMALL_TOOLS[preset], "solver": solver}
+        solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.9, "speed": SPEED[preset]}
+        return {"model": model, "rig": SMALL_TOOLS[preset] | {"stamp_speedup": SPEEDUP}, "solver": solver}
     force = stated("blank_holder_force")
     free = {} if isinstance(force, int | float) and force > 0.0 else FREE_BLANK
     return {"model": model, "solver": {"speed": 0.19, "ramp": 20.0, "damping": 0.05, "safety": 0.9} | free}

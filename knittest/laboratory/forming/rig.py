@@ -1,11 +1,13 @@
 """Forming: a stamp forms a blank in a die, with a blank holder or without; notes on the blank, and advice.
 
-The holder is loaded first. Then the stamp moves down at constant speed between a smooth start and a smooth stop, and
-rests for as long as its start takes.
+The holder is loaded first. Then the stamp moves down between a smooth start and a smooth stop, and rests for as long as
+its start takes. Between them its speed is constant, or rises while the kinetic energy stays small.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import product
+from math import sqrt
 
 import numpy as np
 
@@ -13,14 +15,17 @@ from knittest.base.history import Array, Frame, Mesh
 from knittest.base.units import round_down
 from knittest.config.structure import DIRECTIONS
 from knittest.config.suspicious_values import can_derive_bending
+from knittest.kernels.state import Tables
 from knittest.kernels.tool_contact import FREE
 from knittest.laboratory.fabric_test import TestRig
 from knittest.laboratory.forming.config import FREE_BLANK, FormingRun
-from knittest.laboratory.quality_checks import TRY_TEXT, SuggestedSetting, advise_finer_shells
+from knittest.laboratory.quality_checks import TRY_TEXT, SuggestedSetting, advise_finer_shells, kinetic_ratios
 from knittest.laboratory.strips import pitch_vectors, stitch_counts
 from knittest.models.boundary import Boundary, Readings
+from knittest.models.explicit_model import State, checked_array
 from knittest.models.meso import has_compliant_loops
-from knittest.models.tool import Table, Tool, plane, ramp
+from knittest.models.tool import Table, Tool, plane, put_table, ramp
+from knittest.solve.state import Simulation
 from knittest.tooling.toolset import ToolSet
 
 #: time over which the holder's force is applied and over which the blank then settles [ms]
@@ -28,6 +33,12 @@ PRESS, SETTLE = 2.0, 1.0
 #: penalty of the tools over the usual one: yarns pressed on a tool by others are near the limit of the step, and a
 #: shell may lie between two tools
 CONTACT_STIFFNESS_FACTORS = {"macro": 0.75, "meso": 0.25}
+#: share of its limit that the kinetic energy over the work has while the stamp accelerates
+KINETIC_SHARE = 0.4
+#: rows of the curve before the end of which the stamp begins to stop
+ROWS_AHEAD = 2.0
+#: energies of which the kinetic ratio is made
+KINETIC_COLUMNS = ("kinetic_mj", "external_mj", "kinetic_ratio")
 
 
 class FormingTest(TestRig):
@@ -47,14 +58,19 @@ class FormingTest(TestRig):
             # the holder presses soft loops flat with a hundred times the work of the stamp
             self.mounted_at = begin
         self.move, stop = _stroke(begin, run.solver.speed_mm_per_ms, start, run.rig.depth_mm)
-        self.duration = stop + start
+        self.duration = self.end = stop + start
+        self.rise, self.full_speed_at = start, begin + start
+        self.speed = max(-v for v in self.move.value)
+        self.largest_speed = self.rig.stamp_speedup * self.speed
+        self.run, self.table, self.now, self.stops = run, 0, 0.0, False
 
     def constrain(self, boundary: Boundary) -> None:
         """Tools about the blank, whose nodes are free."""
         boundary.radius[:] = self.radius
         boundary.gravity(self.weight)
         stamp, die = self._set_friction(self.tools.stamp.tool), self._set_friction(self.tools.die.tool)
-        stamp.motion[2] = boundary.table(self.move)
+        room = 3 * self.run.output.samples if self.largest_speed > self.speed else 0
+        self.table = stamp.motion[2] = boundary.table(replace(self.move, room=room))
         boundary.add_tool(stamp)
         boundary.add_tool(die)
         if self.tools.holder is not None:
@@ -74,6 +90,58 @@ class FormingTest(TestRig):
     def travel(self, time: float) -> float:
         """Travel of the stamp [mm] at ``time`` [ms]."""
         return -self.move.integral(time)
+
+    def share_done(self, time: float) -> float:
+        """See :class:`Rig`: the rest of the stroke continues at the present speed."""
+        return time / self.end
+
+    def is_finished(self, force: float, peak: float, broken: bool) -> bool:
+        """See :class:`Rig`: a stamp that has accelerated ends before ``duration``."""
+        return self.now >= self.end
+
+    def adjust(self, run: Simulation) -> None:
+        """Change the speed of the stamp with the kinetic energy of the newest row, or begin its stop.
+
+        Damping falls as the speed rises, so that the damping force remains.
+        """
+        self.now = now = run.time
+        if self.largest_speed <= self.speed or self.stops or now < self.full_speed_at or len(run.rows) < 2:
+            return
+        speed, way = -self.move.at(now), self.rig.depth_mm - self.travel(now)
+        row = speed * (now - run.energy_rows[-2]["time_ms"])
+        self.stops = way - 0.5 * speed * self.rise < ROWS_AHEAD * row
+        if self.stops:
+            rise = min(self.rise, 2.0 * way / speed)
+            begin, brake = now + way / speed - 0.5 * rise, ramp(rise, speed)
+            time, value = [begin + t for t in brake.time], [v - speed for v in brake.value]
+            self.end = begin + rise + self.rise
+        else:
+            wanted = self._wanted_speed(run, speed)
+            time, value = [now + self.rise * abs(wanted / speed - 1.0)], [-wanted]
+            self.end = now + way / speed + 1.5 * self.rise
+        self.move = self.move.continued(now, time, value)
+        put_table(run.drive.tables, self.table, self.move)
+        run.set_damping(self.speed / speed)
+
+    def _wanted_speed(self, run: Simulation, speed: float) -> float:
+        """Speed [mm/ms] at which the kinetic energy has its share of the work, from that at the present ``speed``."""
+        energies = {name: np.array([row[name] for row in run.energy_rows]) for name in KINETIC_COLUMNS}
+        ratio = float(kinetic_ratios(self.run, energies)[-1])
+        aim = KINETIC_SHARE * 0.01 * run.solver.max_kinetic_ratio
+        return float(np.clip(speed * sqrt(aim / max(ratio, 1e-9)), self.speed, self.largest_speed))
+
+    def state(self) -> State:
+        """See :class:`Rig`."""
+        numbers = np.array([self.end, self.stops])
+        return {"time": np.array(self.move.time), "value": np.array(self.move.value), "numbers": numbers}
+
+    def restore(self, state: State, tables: Tables) -> None:
+        """See :class:`Rig`."""
+        time, value = (tuple(checked_array(state, name).tolist()) for name in ("time", "value"))
+        self.move = Table(time, value)
+        self.end, stops = checked_array(state, "numbers", (2,)).tolist()
+        self.stops = bool(stops)
+        put_table(tables, self.table, self.move)
 
     def channels(self, time: float, readings: Readings) -> dict[str, float]:
         """Travel and force of the stamp, force on the die, force and travel of the holder."""
