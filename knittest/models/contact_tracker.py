@@ -22,9 +22,8 @@ from knittest.models.image_contacts import masters, share_states
 OF_NODES = ("upright", "turned", "square", "excess", "shape")
 SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
-#: gap up to which contacts are tracked [mm], and in periodic cells, whose images grow with it. With 0.1 a step takes
-#: 1.1 times as long in frames, which are searched often, and 0.96 times in forming while the stamp is slow
-CONTACT_SKIN, CELL_SKIN = 0.15, 0.1
+#: gap up to which contacts are tracked [mm]
+CONTACT_SKIN = 0.1
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
 #: overlap at the start, over the smaller radius, above which the geometry is rejected
@@ -112,7 +111,6 @@ class ContactTracker:
 
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
         n = group.radius.size
-        self.skin = CONTACT_SKIN if group.images is None else CELL_SKIN
         self.nodes, self.alive, self.group, self.name_of = nodes, alive, group, name_of
         self.contacts, self._spare, self.count = _empty_contacts(64, group), _empty_contacts(64, group), 0
         self._room = _pair_storage(64)
@@ -225,13 +223,13 @@ class ContactTracker:
         """
         if self.recovering:
             most = min(most, LEAST_STEPS)
-        return int(np.clip(0.4 * self.skin / max(self.speed * dt, speed * dt, 1e-12), LEAST_STEPS, most))
+        return int(np.clip(0.4 * CONTACT_SKIN / max(self.speed * dt, speed * dt, 1e-12), LEAST_STEPS, most))
 
     def update(self, ahead: float) -> tuple[float, float]:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
         count, self.speed = search.flag_moved(
-            self.nodes, self._since, ahead, search.REACHED * self.skin, self._moved
+            self.nodes, self._since, ahead, search.REACHED * CONTACT_SKIN, self._moved
         )  # fmt: skip
         if count:
             self._find_contacts()
@@ -278,7 +276,7 @@ class ContactTracker:
             raise NumericalError(f"the position of node {i} of {self.name_of(i)} is not finite")
         # the pieces at the ends of yarns are half an element longer
         half = (2.0 if group.images is None else 1.0) * float(group.half_piece.max())
-        cell = 2.0 * (float(group.bound.max()) + half) + self.skin
+        cell = 2.0 * (float(group.bound.max()) + half) + CONTACT_SKIN
         low = position.min(axis=1)
         shape = ((position.max(axis=1) - low) / cell).astype(np.int64) + 1
         head = np.zeros(int(shape.prod()) + 1, np.int64)
@@ -295,12 +293,12 @@ class ContactTracker:
             turn_sections(0, group.excess.size, self.nodes, self.contacts)
         pairs, moved = self._find_pairs(position, pieces, moved, Cells(cell_of, shape, head, self._order))
         if group.excess.size:
-            place_ellipses(*pairs, position, self.contacts, self.alive, self.skin)
+            place_ellipses(*pairs, position, self.contacts, self.alive, CONTACT_SKIN)
         if self._spare.reach.size < self.count:
             self._spare = _empty_contacts(self.contacts.reach.size, group)
         while True:
             needed = search.find_contacts(
-                position, *pairs, group.radius, group.part, group.levers, pieces, self.alive, moved, self.skin,
+                position, *pairs, group.radius, group.part, group.levers, pieces, self.alive, moved, CONTACT_SKIN,
                 self.contacts, self.count, self._spare,
             )  # fmt: skip
             if needed <= self._spare.reach.size:
@@ -341,7 +339,7 @@ class ContactTracker:
         """Pairs, their places and how many there are, by share; room for them grows when it overflows."""
         found = np.zeros(PARTITIONS, np.int64)
         while True:
-            find_pairs(position, pieces, self.alive, moved, cells, self.skin, *self._room, found)
+            find_pairs(position, pieces, self.alive, moved, cells, CONTACT_SKIN, *self._room, found)
             if (most := int(found.max())) <= self._room[0].shape[1]:
                 return *self._room, found
             self._room = _pair_storage(most + most // 4)

@@ -13,7 +13,7 @@ from knittest.kernels.flattening import STIFF
 from knittest.kernels.state import LATTICE, MAP, Images, Partitions
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.chains import Chain, MassScaling, build_chains
-from knittest.models.contact_tracker import CELL_SKIN
+from knittest.models.contact_tracker import CONTACT_SKIN
 from knittest.models.inputs import finite_array
 from knittest.models.natural_state import quaternion_product
 from knittest.models.periodic_model import PeriodicModel
@@ -102,7 +102,7 @@ def _reach(
         radius = max(radius, 0.5 * contact.shell.outer)
     elements = (np.diff(c.points, axis=0, append=c.points[:1] + vectors[c.along]) for c in chains)
     longest = max(float(np.linalg.norm(of, axis=1).max()) for of in elements)
-    return (2.0 * radius + CELL_SKIN + longest) / shrink + slide * radius
+    return (2.0 * radius + CONTACT_SKIN + longest) / shrink + slide * radius
 
 
 def _pieces(chains: Sequence[PeriodicChain], vectors: Array, reach: float) -> list[_Piece]:

@@ -9,7 +9,7 @@ from knittest.base.arrays import Array, Flags, Index
 from knittest.base.errors import InputError
 from knittest.kernels.state import CURVATURE, Drive, Images
 from knittest.models.boundary import Boundary
-from knittest.models.contact_tracker import CELL_SKIN
+from knittest.models.contact_tracker import CONTACT_SKIN
 from knittest.models.explicit_model import State, arrays_of, columns, put_back, rows_of, with_prefix, without_prefix
 from knittest.models.image_contacts import masters
 from knittest.models.tool import Table
@@ -28,7 +28,7 @@ def missing_image(cell: "PeriodicModel") -> str:
     most = np.abs(images.times).max(axis=0).astype(int) + 1
     held = set(zip(images.of[images.ghost].tolist(), images.master.tolist(), strict=True))
     number = {tuple(t): k for k, t in enumerate(images.times.astype(int).tolist())}
-    reach = 2.0 * float(cell.group.bound.max()) + CELL_SKIN + 2.0 * half
+    reach = 2.0 * float(cell.group.bound.max()) + CONTACT_SKIN + 2.0 * half
     low, high = x.min(axis=0) - reach, x.max(axis=0) + reach
     tree, vectors = cKDTree(x), images.lattice[:6].reshape(2, 3)
     for i, j in np.ndindex(*(2 * most + 1)):
@@ -43,7 +43,7 @@ def missing_image(cell: "PeriodicModel") -> str:
                 continue
             distance, nearest = tree.query(moved[m])
             radius = cell.group.bound[own[np.array([m, int(nearest)])]].sum()
-            if distance < radius + CELL_SKIN + 2.0 * half:
+            if distance < radius + CONTACT_SKIN + 2.0 * half:
                 return (
                     f"{cell.name_of(int(own[m]))} and {cell.name_of(int(own[nearest]))} approach each other where the "
                     f"cell has no image, {times[0]:+d} and {times[1]:+d} cells away; increase rig.max_slip, or halo in "
