@@ -42,13 +42,7 @@ class Made:
     cases: tuple[tuple[str, str], ...]
 
 
-#: meso tests whose tables were measured with the step that presets had before; forces differ by 0.3 % (CHANGELOG.md)
-OF_SMALL_STEPS = ("picture-frame", "forming")
-
-
 def _run(test: str, scale: str, preset: str = "quick", variant: str = "1", *sets: str, **more: Any) -> dict[str, Any]:
-    if scale == "meso" and test in OF_SMALL_STEPS and not any("solver.safety" in one for one in sets):
-        sets = (*sets, "solver.safety=0.7")
     return {"test": test, "scale": scale, "preset": preset, "variant": variant, "sets": sets, **more}
 
 

@@ -22,7 +22,7 @@ from knittest.runs.run_files import _worst_quality
 from knittest.solve.state import SimulationCost
 
 ROWS = 101
-PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0, chunk=20, soft=False), duration=100.0)
+PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0, chunk=20, compliant=False), duration=100.0)
 
 
 def run_of(test: str = "friction", *sets: str, **more: Any) -> Run:
@@ -114,7 +114,7 @@ def test_what_is_not_a_number_fails(column: str) -> None:
 
 
 def test_overlaps_penetration_and_mass_that_are_no_numbers_fail() -> None:
-    model: Any = SimpleNamespace(model=SimpleNamespace(added_mass=np.nan, soft=False))
+    model: Any = SimpleNamespace(model=SimpleNamespace(added_mass=np.nan, compliant=False))
     found = replace(history(), overlaps=Overlaps(1, np.nan))
     quality = assess(run_of(), model, found, SimulationCost(penetration_max=np.nan), Span())
     assert len(quality.failures) == 3

@@ -152,7 +152,7 @@ def test_settings_go_to_the_tests_they_name():
     ("arguments", "said"),
     [
         ([], "which fabric?"),
-        (["--variant", "cao2008-weave"], "the meso scale needs loop_length, reinforcing, knitting, contact"),
+        (["--variant", "cao2008-weave"], "the meso scale needs loop_length, reinforcing, knitting"),
         (["--variant", "1", "--set", "rig.gauge_length=50"], "rig.gauge_length"),
         (["--variant", "1", "--set", "variability.specimens=3"], "a card is made of single specimens"),
     ],

@@ -179,7 +179,7 @@ def test_contacts_of_soft_yarns_found_late_get_half_of_what_the_others_have(soft
         piece=np.zeros((2, 2), np.int64),
         offset=np.array([[1.0 - 0.5 * depth, 1.2], [0.0, 0.0], [0.0, 0.0]]),
     )
-    group = SimpleNamespace(soft=soft, images=None, radius=np.full(1, 0.5))
+    group = SimpleNamespace(compliant=soft, images=None, radius=np.full(1, 0.5))
     tracker = SimpleNamespace(group=group, contacts=contacts, count=2, recovering=1)
     assert ContactTracker.portion(tracker) == pytest.approx(portion)
 
@@ -188,7 +188,7 @@ def test_overlap_of_soft_yarns_counts_when_it_stays_longer_than_its_recovery():
     """A tenth of the radius takes 500 portions of 5 steps, 1 ms of steps of 0.4 us: 5 rows of 0.2 ms and two."""
     history, cost = SimpleNamespace(energies={"time_ms": 0.2 * np.arange(20)}), SimpleNamespace(time_step=4e-4)
     run = strip_of("jersey")
-    soft, stiff = (SimpleNamespace(model=SimpleNamespace(soft=one)) for one in (True, False))
+    soft, stiff = (SimpleNamespace(model=SimpleNamespace(compliant=one)) for one in (True, False))
     assert _recovery_rows(run, soft, history, cost) == 7
     assert _recovery_rows(run, stiff, history, cost) == 2
     overlap = np.where(np.arange(20) // 3 == 1, 15.0, 0.0)

@@ -89,6 +89,6 @@ def test_more_rows_come_of_samples_or_else_of_a_longer_test(sets, ramp_ms, setti
     share = 0.08 if "output.samples=50" in sets else 0.045
     times = 0.2 + share * np.linspace(0.25, 1.0, 4)
     history = SimpleNamespace(energies={"time_ms": np.append(0.2, times)})
-    prepared = SimpleNamespace(duration=1.0, model=SimpleNamespace(chunk=20))
+    prepared = SimpleNamespace(duration=1.0, model=SimpleNamespace(chunk=20), rig=SimpleNamespace(relaxed_rows=0))
     found = _advise_more_rows(run, prepared, history, SimpleNamespace(time_step=2.5e-4), slice(1, 5))
     assert found == setting

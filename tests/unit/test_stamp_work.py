@@ -45,7 +45,7 @@ def ledger(kind: str) -> tuple[History, np.ndarray]:
         columns[0, 0] = taken + 0.05 * k - 0.3 * k  # an error of the balance, and what contacts found late were given
         run = SimpleNamespace(
             model=SimpleNamespace(mesh=SimpleNamespace(part_names=parts)), tally=tally, time=now, kinetic=0.4 * k,
-            damping_loss=0.9 * k, energy_rows=rows, start_energy=np.zeros(len(parts) * (1 + len(mechanisms)) + 2),
+            damping_loss=0.9 * k, energy_rows=rows, start_energy=np.zeros(len(parts) * (1 + len(mechanisms)) + 3),
             recovered_energy=0.3 * k, guide_energy=0.0, rig=SimpleNamespace(relaxed_rows=0),
         )  # fmt: skip
         run.work, run.friction_losses = (

@@ -128,7 +128,7 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, object]:
         "macro": {"element_size": ELEMENT[preset], "self_contact": True},  # its folds touch
     }
     if scale == "meso":  # less work is done on a small piece, so its inertia must be smaller
-        solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.9, "speed": SPEED[preset]}
+        solver = {"ramp": 10.0, "damping": 0.05, "safety": 0.7, "speed": SPEED[preset]}
         return {"model": model, "rig": SMALL_TOOLS[preset] | {"stamp_speedup": SPEEDUP}, "solver": solver}
     force = stated("blank_holder_force")
     free = {} if isinstance(force, int | float) and force > 0.0 else FREE_BLANK

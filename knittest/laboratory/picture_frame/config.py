@@ -91,7 +91,7 @@ def settings(preset: str, scale: str, stated: Stated) -> dict[str, Any]:
     if scale == "macro":
         return {"model": model, "solver": {"speed": 0.5 / slower, "ramp": 5.0 * slower, "damping": 0.002}}
     side = SIDE[preset]
-    solver = {"speed": 3.0 / slower, "damping": 0.05, "safety": 0.9, "ramp": max(2.0, side / 50.0) * slower}
+    solver = {"speed": 3.0 / slower, "damping": 0.05, "safety": 0.7, "ramp": max(2.0, side / 50.0) * slower}
     return {"model": model, "rig": {"side": side}, "solver": solver}
 
 
