@@ -200,7 +200,7 @@ def _transverse(stored: dict[str, Any]) -> list[str]:
 
 
 def _causes(stored: dict[str, Any]) -> list[str]:
-    """Where measured curves lie beside both cells, and the most probable cause of each failed curve."""
+    """Position of measured curves beside both cells, and the most probable cause of each failed curve."""
     rows = []
     for knit in KNITS:
         for direction in ("weft", "warp"):

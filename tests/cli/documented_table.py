@@ -126,6 +126,7 @@ COMMANDS: dict[str, Do] = {
         given={"runs/picture-frame-1-meso": "runs/frame", "data/law/shear": "data/law/third"}
     ),
     "knittest fabric relax --variant 1": Do(),
+    "knittest fabric relax --variant acrylic-jersey": Do(),
     "knittest fabric show --variant 2 --out variant2.png": Do(),
     "knittest fabric export --variant 1 loops.vtu --wales 8": Do(),
     # files of a laboratory, fabrics of one's own
