@@ -22,7 +22,11 @@ from knittest.runs.run_files import _worst_quality
 from knittest.solve.state import SimulationCost
 
 ROWS = 101
-PREPARED: Any = SimpleNamespace(model=SimpleNamespace(added_mass=0.0, chunk=20, compliant=False), duration=100.0)
+PREPARED: Any = SimpleNamespace(
+    model=SimpleNamespace(added_mass=0.0, chunk=20, compliant=False),
+    duration=100.0,
+    rig=SimpleNamespace(relaxed_rows=0),
+)
 
 
 def run_of(test: str = "friction", *sets: str, **more: Any) -> Run:
