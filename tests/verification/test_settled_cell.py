@@ -57,7 +57,7 @@ def test_a_stated_tension_is_met_by_a_draw_in():
     [("tension=0.01", r"at least 0\.(09|1)"), ("tension=19", "at most 9\\."), ("loop_shortening=10", "at most 3\\.")],
 )
 def test_a_number_that_no_fabric_can_have_is_refused_with_one_that_would_do(field: str, said: str):
-    """Loops of their measured length are under 0.1 N already, known to a tenth; drawn in by 4 % they sink in by over 5 %."""
+    """Loops of their measured length are under 0.1 N (to a tenth); shortened by 4 % they sink in by over 5 %."""
     with pytest.raises(InputError, match=f"fabric.knitting.{field.split('=')[0]} = .*{said}"):
         with_loop_shortening(run_of(LOOPS + field, "solver.max_penetration=5"))
 
