@@ -36,13 +36,13 @@ FROM_YARNS = ("area_mass", "thickness", "contact")
 
 
 def _without_consequences(found: list[Any], layers: Layers) -> list[Any]:
-    """``found`` without fields that nobody stated and that could not be derived from the yarns."""
+    """``found`` without unstated fields that follow from the yarns."""
     wrong = [item for item in found if not _follows_from_yarns(item, layers)]
     return wrong or found
 
 
 def _follows_from_yarns(item: Mapping[str, Any], layers: Layers) -> bool:
-    """Tell whether a field is missing, or has a value that nobody stated, because a yarn is wrong."""
+    """Tell whether an unstated field is missing or out of bounds because a yarn is wrong."""
     name = item["loc"][-1] if item["loc"] else ""
     if name not in FROM_YARNS:
         return False
