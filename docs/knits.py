@@ -2,6 +2,7 @@
 
 python -m docs.knits               runs all, some two hours on one core, and writes docs/knits.json
 python -m docs.knits jersey rib    those of these names; --specimens or --cells only, --missing only what is not stored
+python -m docs.knits --authors     the jersey that the authors simulated
 
 ``python -m docs.generate`` then writes the page docs/acrylic-knits.md. Cells are free to contract, or keep their width;
 specimens have the measured width and length, and are shells with the law of two strains of their cell.
@@ -40,6 +41,8 @@ HELD = 1.2
 FORCE, COMPARED_AT = 0.22, (0.05, 0.1, 0.15, 0.2)
 #: deviation of the force at equal strain [-], or of the strain in standard deviations, up to which a point agrees
 DEVIATION, DEVIATIONS = 0.15, 2.0
+#: core [mm] of the jersey whose simulated curves the authors publish
+AUTHORS_CORE = 0.60
 #: models of a curve: cell free to contract, cell of constant width, specimen between clamps
 MODELS = ("free", "held", "specimen")
 
@@ -65,13 +68,23 @@ def measured(knit: str, direction: str) -> Measured:
     return Measured(float(rows[0]["width_mm"]), float(rows[0]["clamp_mm"]), *values.T)
 
 
+def simulated_by_authors(direction: str) -> tuple[np.ndarray, np.ndarray]:
+    """Strain [-] and force per width [N/mm] of the authors' own jersey with a core of :data:`AUTHORS_CORE`."""
+    with (data_dir() / "singal2024" / "simulated_jersey.csv").open(encoding="utf-8") as text:
+        rows = [row for row in csv.DictReader(text) if row["direction"] == direction]
+    strain, force = np.array([[float(row["strain"]), float(row["stress_N_per_mm"])] for row in rows]).T
+    return strain, force
+
+
 def load() -> dict[str, Any]:
     """Stored curves by knit, direction and model."""
     return json.loads(STORE.read_text(encoding="utf-8")) if STORE.exists() else {}
 
 
-def run_cell(knit: str, direction: str, transverse: str, folder: Path) -> dict[str, Any]:
-    """Curve of the cell: strain [-], force per width [N/mm], transverse strain [-]."""
+def run_cell(knit: str, direction: str, transverse: str, folder: Path, core: float | None = None) -> dict[str, Any]:
+    """Curve of the cell: strain [-], force per width [N/mm], transverse strain [-]; ``core`` [mm] replaces that of
+    the fabric.
+    """
     import knittest
 
     most = STRAINS.get((knit, direction), MOST)
@@ -80,6 +93,8 @@ def run_cell(knit: str, direction: str, transverse: str, folder: Path) -> dict[s
     # the force across ends a cell of constant width too
     force = FORCE if transverse == "free" else 2.0 * FORCE
     settings = {"rig.max_strain": most, "rig.max_force": force, "rig.transverse": transverse}
+    if core is not None:
+        settings["fabric.knitting.beam_diameter"] = core
     run = knittest.cell(
         f"acrylic-{knit}", preset="quick", path=direction, set=settings, out=folder / f"{direction}-{transverse}",
         frames=False, pictures=False,
@@ -214,12 +229,21 @@ def _is_skipped(arguments: list[str], model: str, stored: dict[str, Any] | None)
     return "--draw" in arguments or other in arguments or ("--missing" in arguments and stored is not None)
 
 
+def _keep(stored: dict[str, Any]) -> None:
+    STORE.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
+
+
 def main(arguments: list[str]) -> int:
     """Run the knits that ``arguments`` name, or all; returns the exit code."""
     names = [one for one in arguments if not one.startswith("--")] or list(KNITS)
     if unknown := set(names) - set(KNITS):
         print(f"{', '.join(sorted(unknown))}: no such knit; expected {', '.join(KNITS)}")
         return 2
+    if "--authors" in arguments:
+        with tempfile.TemporaryDirectory() as place:
+            runs = {one: run_cell("jersey", one, "free", Path(place), AUTHORS_CORE) for one in DIRECTIONS}
+        _keep(load() | {"authors": runs})
+        return 0
     for knit in names:
         for direction in DIRECTIONS:
             for model in MODELS:
@@ -232,7 +256,7 @@ def main(arguments: list[str]) -> int:
                     )  # fmt: skip
                 stored = load()
                 stored.setdefault(knit, {}).setdefault(direction, {})[model] = run
-                STORE.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
+                _keep(stored)
                 print(knit, direction, model, flush=True)
         draw(knit, load().get(knit, {}))
     return 0
