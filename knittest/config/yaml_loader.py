@@ -85,9 +85,12 @@ def load_yaml(path: Path) -> Document:
         raise InputError(f"{path}:{line}: not UTF-8 text (byte {error.start}): save the file as UTF-8") from None
 
 
-def parse_document(text: str, source: str) -> Document:
-    """Parse YAML text whose top level is a mapping; ``source`` is the file name in messages."""
-    builder = _Builder(text, source)
+def parse_document(text: str, source: str, loader: Any = yaml.SafeLoader) -> Document:
+    """Parse YAML text whose top level is a mapping; ``source`` is the file name in messages.
+
+    The ``loader`` of the C library is six times faster, but its messages are less clear.
+    """
+    builder = _Builder(text, source, loader)
     data = builder.document()
     if data is None:
         raise InputError(f"{source}:1: the file is empty: expected a mapping of fields")
@@ -126,8 +129,8 @@ def value_excerpt(value: object, limit: int = 60) -> str:
 class _Builder:
     """Builder of plain data from parser events, with the line of every key path."""
 
-    def __init__(self, text: str, source: str) -> None:
-        self.source = source
+    def __init__(self, text: str, source: str, loader: Any = yaml.SafeLoader) -> None:
+        self.source, self.loader = source, loader
         self.text = text
         self.lines: dict[KeyPath, int] = {}
         self.nodes = 0
@@ -135,7 +138,7 @@ class _Builder:
     def document(self) -> Any:
         """Document of the text; ``None`` if there is none."""
         try:
-            events = yaml.parse(self.text, Loader=yaml.SafeLoader)
+            events = yaml.parse(self.text, Loader=self.loader)
             return self._only_document(events)
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark

@@ -5,6 +5,7 @@ import platform
 import subprocess
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,7 @@ from knittest.fabric.relaxation import relaxed_cell, start_of_relaxation
 _LIBRARIES = ("llvmlite", "matplotlib", "meshio", "numba", "numpy", "pandas", "pydantic", "PyYAML", "scipy")
 
 
+@cache
 def library_versions() -> dict[str, str]:
     """Versions of Python and of the libraries that numbers or files depend on."""
     versions = {"python": platform.python_version()}
@@ -78,8 +80,11 @@ FREE = ("output.checkpoint_interval", "output.verify")
 Identity = dict[str, Any]
 
 
-def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
-    """Version, kernels, libraries, processor, config, data and relaxed cell of ``run`` here and now."""
+def identity_of(run: Run, data_files: Iterable[Path], config_text: str | None = None) -> Identity:
+    """Version, kernels, libraries, processor, config, data and relaxed cell of ``run`` here and now.
+
+    ``config_text`` is the dumped run where it is known.
+    """
     versions = library_versions()
     cell = cell_of(run)
     return {
@@ -87,7 +92,7 @@ def identity_of(run: Run, data_files: Iterable[Path]) -> Identity:
         "kernels": kernel_digest(),
         "libraries": {name: versions.get(name, "") for name in ARITHMETIC},
         "cpu": cpu_model(),
-        "config_sha256": sha256_text(dump(run)),
+        "config_sha256": sha256_text(dump(run) if config_text is None else config_text),
         "config": run.model_dump(mode="json"),
         "data": sha256_files(data_files),
         **({"cell": cell} if cell else {}),

@@ -50,11 +50,11 @@ class NewFolder:
 
     def open(self, run: Run, interrupts: Interrupts) -> OpenedRun:
         """Create the folder; see :meth:`RunFolder.create`."""
-        files, threads = data_files(run), numba.get_num_threads()
+        files, threads, text = data_files(run), numba.get_num_threads(), dump(run)
         folder = RunFolder.create(
-            self.path, run, config_text=dump(run), threads=threads, data_files=files, cell=cell_of(run)
+            self.path, run, config_text=text, threads=threads, data_files=files, cell=cell_of(run)
         )
-        return OpenedRun(folder, _make_checkpoints(run, folder.path, identity_of(run, files), interrupts))
+        return OpenedRun(folder, _make_checkpoints(run, folder.path, identity_of(run, files, text), interrupts))
 
 
 @dataclass(frozen=True)
