@@ -14,7 +14,7 @@ from knittest.kernels.beam import advance_beams
 from knittest.kernels.contact import POINT
 from knittest.kernels.contact_blocks import scatter_contacts
 from knittest.kernels.explicit import SCRATCH, apply_outside_forces, contact_share
-from knittest.kernels.state import Drive, Tally
+from knittest.kernels.state import Contacts, Drive, Tally
 from knittest.kernels.threading import best_threads
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.boundary import Boundary, new_tally
@@ -118,7 +118,7 @@ SWEEPS: dict[str, tuple[str, str]] = {
 
 
 def sweep_lines(run: Run) -> Iterator[str]:
-    """Time of each sweep of a step of yarns on one thread, the memory that it moves, and the contacts by class.
+    """Time of each sweep of a step of yarns on one thread, the memory that it moves, and the cost of contacts by class.
 
     The last column is the share of the speed at which memory of the same size is copied: of the roofline of a sweep
     that waits for memory alone.
@@ -134,11 +134,11 @@ def sweep_lines(run: Run) -> Iterator[str]:
     copied = _copy_speed(sum(sizes.values()))
     yield f"{'sweep':<26}{'us/step':>10}{'ns/element':>13}{'GB/s':>8}{'of copying':>13}"
     for (name, (reads, writes)), call in zip(SWEEPS.items(), _sweep_calls(found, model), strict=True):
-        seconds = max(_least_time(call, 1) - _least_time(call, 0), 0.0)
+        seconds = _own_time(call)
         moved = sum(sizes[one] for one in (*reads.split(), *writes.split()))
         rate, each = moved / seconds if seconds > 0.0 else 0.0, 1e9 * seconds / found.elements
         yield f"{name:<26}{1e6 * seconds:>10.1f}{each:>13.2f}{1e-9 * rate:>8.1f}{100.0 * rate / copied:>11.0f} %"
-    yield _contact_classes(model)
+    yield from _class_lines(found, model)
 
 
 def _least_time(call: Callable[[int], None], whole: int) -> float:
@@ -153,20 +153,19 @@ def _least_time(call: Callable[[int], None], whole: int) -> float:
     return min(times)
 
 
+def _own_time(call: Callable[[int], None]) -> float:
+    """Time [s] of ``call`` beyond that of a call of nothing."""
+    return max(_least_time(call, 1) - _least_time(call, 0), 0.0)
+
+
 def _sweep_calls(found: Stepping, model: YarnModel) -> list[Callable[[int], None]]:
     """Calls of the :data:`SWEEPS` over all partitions: of the whole (1), or of nothing (0), which Python takes too."""
     nodes, parts, beams, w = model.nodes, model.parts, model.beams, found.scratch[0]
-    contacts, count, alive = model.tracker.contacts, model.tracker.count, model.beams.alive
+    contacts = model.tracker.contacts
     tables, _, loads, tools, touch = model.kernel_drive(found.drive)
-    oval = True if model.group.excess.size else None
     no_half = contacts._replace(half_start=np.zeros_like(contacts.half_start))
     no_load = loads._replace(start=np.zeros_like(loads.start))
     no_node = parts._replace(node=np.zeros_like(parts.node))
-
-    def evaluate(whole: int) -> None:
-        for p in range(PARTITIONS):
-            contact_share(p, whole * count, found.dt, nodes, contacts, alive, model.law, model.law.spin, oval,
-                          found.tally, w)  # fmt: skip
 
     def collect(whole: int) -> None:
         for p in range(PARTITIONS):
@@ -181,7 +180,7 @@ def _sweep_calls(found: Stepping, model: YarnModel) -> list[Callable[[int], None
         for start, stop, section in parts.span.tolist():
             advance_beams(start, stop if whole else start, section, 0.0, 0.0, nodes, beams, w)
 
-    return [evaluate, collect, act, integrate]
+    return [_evaluation(found, model, contacts), collect, act, integrate]
 
 
 def _array_sizes(model: YarnModel) -> dict[str, int]:
@@ -204,18 +203,49 @@ def _copy_speed(size: int) -> float:
     return 2 * source.nbytes / _median_time(lambda: np.copyto(target, source))
 
 
-def _contact_classes(model: YarnModel) -> str:
-    """Shares of the contacts that are open, stick, slip or lie along a yarn."""
+#: fields of one column a contact
+OF_CONTACTS = (
+    "piece", "parameter", "spring", "offset", "slipping", "reach", "arm", "line", "force", "twist", "couple", "lever",
+    "share", "tangent", "other_tangent", "accepted",
+)  # fmt: skip
+
+
+def _class_lines(found: Stepping, model: YarnModel) -> Iterator[str]:
+    """Share of the contacts that are open, stick, slip or lie along a yarn, and time [ns] to evaluate one of each.
+
+    As many contacts as the model has are evaluated, all of one class.
+    """
     contacts, count = model.tracker.contacts, model.tracker.count
     pressing = (contacts.force[:, :count] != 0.0).any(axis=0)
     slipping, line = pressing & (contacts.slipping[:count] > 0.0), contacts.line[:count] != POINT
     gap = np.linalg.norm(contacts.offset[:, :count], axis=0) - contacts.reach[:count]
-    shares = {
+    classes = {
         "open": ~pressing, f"open by more than {WIDE_GAP:g} mm": gap > WIDE_GAP, "slip": slipping,
         "stick": pressing & ~slipping, "side by side": line,
     }  # fmt: skip
-    texts = (f"{name} {100.0 * float(flags.mean() if count else 0.0):.0f} %" for name, flags in shares.items())
-    return f"{count} contacts: {', '.join(texts)}"
+    yield f"{f'class of {count} contacts':<26}{'share':>10}{'ns/contact':>13}"
+    for name, members in classes.items():
+        cost = "-"
+        if members.any():
+            taken = np.sort(np.resize(np.flatnonzero(members), count))
+            copies = {field: getattr(contacts, field)[..., taken].copy() for field in OF_CONTACTS}
+            calls = contacts._replace(**copies)
+            cost = f"{1e9 * _own_time(_evaluation(found, model, calls)) / count:.1f}"
+        yield f"{name:<26}{100.0 * float(members.mean() if count else 0.0):>8.0f} %{cost:>13}"
+
+
+def _evaluation(found: Stepping, model: YarnModel, contacts: Contacts) -> Callable[[int], None]:
+    """Call that evaluates all ``contacts`` (1) or none (0)."""
+    oval = True if model.group.excess.size else None
+
+    def evaluate(whole: int) -> None:
+        for p in range(PARTITIONS):
+            contact_share(
+                p, whole * model.tracker.count, found.dt, model.nodes, contacts, model.beams.alive, model.law,
+                model.law.spin, oval, found.tally, found.scratch[0],
+            )  # fmt: skip
+
+    return evaluate
 
 
 def run_lines(run: Run) -> Iterator[str]:
