@@ -24,6 +24,10 @@ SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
+#: share of the skin that the common strain of the specimen may use up before all pieces are searched
+STRAINED = 0.2
+#: nodes to which the common motion is fitted, about, and length [mm] over which the scatter of their motion counts
+FITTED, SMOOTH = 500, 1.0
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
 #: overlap at the start, over the smaller radius, above which the geometry is rejected
@@ -115,7 +119,9 @@ class ContactTracker:
         self.contacts, self._spare, self.count = _empty_contacts(64, group), _empty_contacts(64, group), 0
         self._room = _pair_storage(64)
         self._order = np.zeros(n, np.int64)
-        self._since = np.full((3, n), np.inf)
+        self._since = np.zeros((3, n))
+        self._reference, self._flexibility, self._motion = np.zeros((3, n)), np.zeros((4, 4)), np.zeros((2, 3, 4))
+        self._stride = max(n // FITTED, 1)
         self._moved = np.zeros(n, np.bool_)
         self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
         self._along = np.full((n, MOST), -1)
@@ -228,10 +234,15 @@ class ContactTracker:
     def update(self, ahead: float) -> tuple[float, float]:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
-        count, self.speed = search.flag_moved(
-            self.nodes, self._since, ahead, search.REACHED * CONTACT_SKIN, self._moved
+        search.fit_motion(self.nodes, self._reference, self._flexibility, self._stride, self._motion)
+        limit = (1.0 - STRAINED) * search.REACHED * CONTACT_SKIN
+        count, farthest, self.speed = search.flag_deviating(
+            self.nodes, self._reference, self._motion, self._since, ahead, limit, self._moved
         )  # fmt: skip
-        if count:
+        if self._strained(ahead) * (2.0 * float(self.group.bound.max()) + 2.0 * farthest) > STRAINED * CONTACT_SKIN:
+            self._moved[:] = True
+            self._find_contacts()
+        elif count:
             self._find_contacts()
         given = self.recover(ahead) if self.count else (0.0, 0.0)
         self.seconds += clock.perf_counter() - start
@@ -241,7 +252,7 @@ class ContactTracker:
         """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used_contacts(self.contacts, self.count), OF_CONTACTS) | {
-            "since": self._since.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
+            "since": self._since.copy(), "reference": self._reference.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
             "recovering": np.array(self.recovering),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
@@ -258,6 +269,8 @@ class ContactTracker:
         if self.group.excess.size:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = checked_array(state, "since", self._since.shape)
+        self._reference[:] = checked_array(state, "reference", self._reference.shape)
+        self._flexibility = search.motion_basis(self._reference[:, :: self._stride], SMOOTH)
         self._along[:] = checked_array(state, "along", self._along.shape)
         self.speed, self.recovering = (
             float(checked_array(state, "speed", ())),
@@ -309,8 +322,25 @@ class ContactTracker:
             self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
             share_states(self.contacts, needed, group.images, self._master)
         search.assign_halves(self.contacts, self.count, group.node_cut)
-        self._since[:, self._moved] = position[:, self._moved]
+        self._look_back(position)
         self.searches += 1
+
+    def _look_back(self, position: Array) -> None:
+        """Let the pieces that were searched count their ways from here on; the common motion, too, if all were."""
+        if self._moved.all():
+            self._reference[:], self._since[:], self._motion[:] = position, 0.0, 0.0
+            self._flexibility = search.motion_basis(position[:, :: self._stride], SMOOTH)
+            return
+        beside = position - self._reference - self._motion[0, :, 3:]
+        for k in range(3):
+            beside -= self._motion[0, :, k : k + 1] * self._reference[k]
+        self._since[:, self._moved] = beside[:, self._moved]
+
+    def _strained(self, ahead: float) -> float:
+        """Twice the strain of the common motion within ``ahead`` [ms], which turns and stretches what lies between."""
+        now, rate = (float(np.linalg.norm(gradient)) for gradient in self._motion[:, :, :3])
+        strain = now + ahead * rate
+        return 2.0 * strain / max(1.0 - strain, 1e-9)
 
     def _find_pairs(
         self, position: Array, pieces: Pieces, moved: Flags, cells: Cells
