@@ -61,7 +61,8 @@ def flag_moved(nodes, since, ahead, limit, moved):
     Fills ``moved`` (n,) with those that went :data:`SOON` of it, whose turn would come next: a search goes through all
     lists whatever it looks for. Returns the count and the largest speed [mm/ms].
     """
-    count, _, fastest = flag_deviating(nodes, nodes.position, np.zeros((2, 3, 4)), since, ahead, limit, moved)
+    still, origin = np.zeros((2, 3, 4)), np.zeros((3, moved.size))
+    count, _, fastest = flag_deviating(nodes, origin, still, since, ahead, limit, moved)
     return count, fastest
 
 

@@ -25,7 +25,7 @@ OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
 #: share of the skin that the common strain of the specimen may use up before all pieces are searched
-STRAINED = 0.2
+STRAINED = 0.1
 #: nodes to which the common motion is fitted, about, and length [mm] over which the scatter of their motion counts
 FITTED, SMOOTH = 500, 1.0
 #: fewest steps between two looks at the contacts, however fast yarns recoil
