@@ -24,9 +24,9 @@ SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
-#: share of the skin that the common strain of the specimen may use up before all pieces are searched
+#: share of the skin that the strain of the common motion may use up before all pieces are searched
 STRAINED = 0.1
-#: nodes to which the common motion is fitted, about, and length [mm] over which the scatter of their motion counts
+#: nodes to which the common motion is fitted, about, and the length [mm] of :func:`search.motion_basis`
 FITTED, SMOOTH = 500, 1.0
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
@@ -111,7 +111,15 @@ class YarnContactGroup:
 
 
 class ContactTracker:
-    """Contacts of one model, renewed by displacement; lists grow when they overflow, nothing is dropped."""
+    """Contacts of one model, renewed by displacement; lists grow when they overflow, nothing is dropped.
+
+    Displacements count relative to an affine motion A X + a that is fitted to the specimen since its last whole search,
+    in which the nodes were at X. A pair closes by the change of (A - 1) W, of the vector W between its nearest points
+    there, and by the displacements of both yarns relative to the motion. The first is at most twice the largest |A - 1|
+    times |W|, and |W| at most the sum of radii with the displacements of both yarns, over 1 - |A - 1|. Once it exceeds
+    the share :data:`STRAINED` of the skin all pieces are searched. The rest of the skin is that of the displacements:
+    a node that exceeds its part calls for a search of the pieces that moved. Any A and a keep the bound.
+    """
 
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
         n = group.radius.size
@@ -239,10 +247,9 @@ class ContactTracker:
         count, farthest, self.speed = search.flag_deviating(
             self.nodes, self._reference, self._motion, self._since, ahead, limit, self._moved
         )  # fmt: skip
-        if self._strained(ahead) * (2.0 * float(self.group.bound.max()) + 2.0 * farthest) > STRAINED * CONTACT_SKIN:
+        if strained := self._closed_by_strain(ahead, farthest + self.speed * ahead) > STRAINED * CONTACT_SKIN:
             self._moved[:] = True
-            self._find_contacts()
-        elif count:
+        if strained or count:
             self._find_contacts()
         given = self.recover(ahead) if self.count else (0.0, 0.0)
         self.seconds += clock.perf_counter() - start
@@ -252,7 +259,8 @@ class ContactTracker:
         """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used_contacts(self.contacts, self.count), OF_CONTACTS) | {
-            "since": self._since.copy(), "reference": self._reference.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
+            "since": self._since.copy(), "reference": self._reference.copy(), "along": self._along.copy(),
+            "speed": np.array(self.speed), "counts": counts,
             "recovering": np.array(self.recovering),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
@@ -326,7 +334,7 @@ class ContactTracker:
         self.searches += 1
 
     def _look_back(self, position: Array) -> None:
-        """Let the pieces that were searched count their ways from here on; the common motion, too, if all were."""
+        """Count displacements of the searched pieces from here on, and the common motion if all were searched."""
         if self._moved.all():
             self._reference[:], self._since[:], self._motion[:] = position, 0.0, 0.0
             self._flexibility = search.motion_basis(position[:, :: self._stride], SMOOTH)
@@ -336,11 +344,13 @@ class ContactTracker:
             beside -= self._motion[0, :, k : k + 1] * self._reference[k]
         self._since[:, self._moved] = beside[:, self._moved]
 
-    def _strained(self, ahead: float) -> float:
-        """Twice the strain of the common motion within ``ahead`` [ms], which turns and stretches what lies between."""
+    def _closed_by_strain(self, ahead: float, farthest: float) -> float:
+        """Bound of what the common motion alone closes of a gap within ``ahead`` [ms] [mm], of nodes that moved at most
+        ``farthest`` [mm] relative to it.
+        """
         now, rate = (float(np.linalg.norm(gradient)) for gradient in self._motion[:, :, :3])
         strain = now + ahead * rate
-        return 2.0 * strain / max(1.0 - strain, 1e-9)
+        return 4.0 * strain * (float(self.group.bound.max()) + farthest) / max(1.0 - strain, 1e-9)
 
     def _find_pairs(
         self, position: Array, pieces: Pieces, moved: Flags, cells: Cells
