@@ -129,7 +129,7 @@ class ContactTracker:
         self._order = np.zeros(n, np.int64)
         self._since = np.zeros((3, n))
         self._reference, self._flexibility, self._motion = np.zeros((3, n)), np.zeros((4, 4)), np.zeros((2, 3, 4))
-        self._stride = max(n // FITTED, 1)
+        self._stride, self._strain = max(n // FITTED, 1), 0.0
         self._moved = np.zeros(n, np.bool_)
         self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
         self._along = np.full((n, MOST), -1)
@@ -260,7 +260,7 @@ class ContactTracker:
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used_contacts(self.contacts, self.count), OF_CONTACTS) | {
             "since": self._since.copy(), "reference": self._reference.copy(), "along": self._along.copy(),
-            "speed": np.array(self.speed), "counts": counts,
+            "speed": np.array(self.speed), "counts": counts, "strain": np.array(self._strain),
             "recovering": np.array(self.recovering),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
@@ -280,8 +280,9 @@ class ContactTracker:
         self._reference[:] = checked_array(state, "reference", self._reference.shape)
         self._flexibility = search.motion_basis(self._reference[:, :: self._stride], SMOOTH)
         self._along[:] = checked_array(state, "along", self._along.shape)
-        self.speed, self.recovering = (
+        self.speed, self._strain, self.recovering = (
             float(checked_array(state, "speed", ())),
+            float(checked_array(state, "strain", ())),
             int(checked_array(state, "recovering", ())),
         )
 
@@ -336,7 +337,7 @@ class ContactTracker:
     def _look_back(self, position: Array) -> None:
         """Count displacements of the searched pieces from here on, and the common motion if all were searched."""
         if self._moved.all():
-            self._reference[:], self._since[:], self._motion[:] = position, 0.0, 0.0
+            self._reference[:], self._since[:], self._motion[:], self._strain = position, 0.0, 0.0, 0.0
             self._flexibility = search.motion_basis(position[:, :: self._stride], SMOOTH)
             return
         beside = position - self._reference - self._motion[0, :, 3:]
@@ -349,8 +350,8 @@ class ContactTracker:
         ``farthest`` [mm] relative to it.
         """
         now, rate = (float(np.linalg.norm(gradient)) for gradient in self._motion[:, :, :3])
-        strain = now + ahead * rate
-        return 4.0 * strain * (float(self.group.bound.max()) + farthest) / max(1.0 - strain, 1e-9)
+        self._strain = max(self._strain, now + ahead * rate)
+        return 4.0 * self._strain * (float(self.group.bound.max()) + farthest) / max(1.0 - self._strain, 1e-9)
 
     def _find_pairs(
         self, position: Array, pieces: Pieces, moved: Flags, cells: Cells
