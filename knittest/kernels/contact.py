@@ -22,6 +22,7 @@ CURVATURE_LIMIT = 0.9
 LEAST_DETERMINANT = 0.02
 #: largest move of a contact parameter in one step
 PARAMETER_STEP = 0.2
+PER_STEP = 1.0 / PARAMETER_STEP
 #: parameters of a piece at the ends of its yarn: the spline goes on for half an element, up to the last node
 FIRST_END, LAST_END = -0.5, 1.5
 
@@ -80,12 +81,12 @@ def closest_step(
     moves_b = 0.0 if held_b else 1.0
     uv = (ux * vx + uy * vy + uz * vz) * moves_a * moves_b
     most = (1.0 - LEAST_DETERMINANT) * ss * tt
-    uv = uv * most / (uv * uv) if uv * uv > most else uv
-    inv = 1.0 / max(ss * tt - uv * uv, LEAST_DETERMINANT * ss * tt)
-    ds = (f * tt - h * uv) * inv * moves_a
-    dt = (f * uv - h * ss) * inv * moves_b
+    uv = most / uv if uv * uv > most else uv
+    ds = (f * tt - h * uv) * moves_a
+    dt = (f * uv - h * ss) * moves_b
     # both by one factor: each cut by itself, the step might lead uphill
-    part = min(PARAMETER_STEP / max(abs(ds), abs(dt), 1e-9), 1.0)
+    determinant = max(ss * tt - uv * uv, LEAST_DETERMINANT * ss * tt)
+    part = 1.0 / max(determinant, max(abs(ds), abs(dt)) * PER_STEP)
     return min(max(s - part * ds, FIRST_END), LAST_END), min(max(t - part * dt, FIRST_END), LAST_END)
 
 
@@ -168,7 +169,9 @@ TOUCHED = LOST
 # before losses are known: normal force before the step; products of the second derivatives of A and B with the shifts
 # of their own sections, the latter in the place of TOUCHED, which is read before
 PRESSED, OWN_A, OWN_B = DAMPED, SPUN, LOST
-SCRATCH = STRIDE * 42
+# parameters after the step
+NEXT_S, NEXT_T = np.uintp(STRIDE * 42), np.uintp(STRIDE * 43)
+SCRATCH = STRIDE * 44
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
 # control points are done with when contacts give way: spring of the last step (3), whether it slipped, twist, lever and

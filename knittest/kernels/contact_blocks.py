@@ -19,30 +19,20 @@ from knittest.kernels.contact import (
     LANES,
     LINE,
     LOST,
+    NEXT_S,
+    NEXT_T,
     OWN_A,
     OWN_B,
     P0,
-    P1,
-    P2,
     P3,
-    P4,
-    P5,
     P6,
-    P7,
-    P8,
     PRESSED,
     PX,
     PY,
     PZ,
     R0,
-    R1,
-    R2,
     R3,
-    R4,
-    R5,
     R6,
-    R7,
-    R8,
     REACH,
     SLIPPING,
     SPUN,
@@ -75,51 +65,69 @@ STICKS = 1e30
 
 
 @njit(**INLINE)
-def _evaluate(count, law, oval, inv_dt, w):
+def _expand(count, w):
+    """Replace the control points of a block by spline coefficients c(s) = c0 + s (c1 + s c2), of c0 the difference."""
+    for m in range(U(count)):
+        a0, a1, a2 = load3(w, P0 + m, LANES), load3(w, P3 + m, LANES), load3(w, P6 + m, LANES)
+        b0, b1, b2 = load3(w, R0 + m, LANES), load3(w, R3 + m, LANES), load3(w, R6 + m, LANES)
+        u, v = sub(a1, a0), sub(b1, b0)
+        store3(w, P0 + m, LANES, u)
+        store3(w, P3 + m, LANES, combine(0.5, sub(a2, a1), -0.5, u))
+        store3(w, P6 + m, LANES, v)
+        store3(w, R0 + m, LANES, combine(0.5, sub(b2, b1), -0.5, v))
+        store3(w, R3 + m, LANES, combine(0.5, add(a0, a1), -0.5, add(b0, b1)))
+        w[NEXT_S + m], w[NEXT_T + m] = w[S + m], w[T + m]
+
+
+@njit(**INLINE)
+def _offset_at(s, t, u1, u2, v1, v2, c):
+    """Offset (3) of the points at ``s`` and ``t`` from the coefficients of both curves."""
+    return (
+        c[0] + s * (u1[0] + s * u2[0]) - t * (v1[0] + t * v2[0]),
+        c[1] + s * (u1[1] + s * u2[1]) - t * (v1[1] + t * v2[1]),
+        c[2] + s * (u1[2] + s * u2[2]) - t * (v1[2] + t * v2[2]),
+    )
+
+
+@njit(**INLINE)
+def _approach(count, oval, w):
+    """One step of a block towards the closest points: a loop of its own, in which several contacts overlap."""
     for m in range(U(count)):
         own_a, own_b = 0.0, 0.0
         if oval is not None:
             own_a, own_b = w[OWN_A + m], w[OWN_B + m]
-        # spline coefficients: c(s) = c0 + s (c1 + s c2)
-        ux1, uy1, uz1 = w[P3 + m] - w[P0 + m], w[P4 + m] - w[P1 + m], w[P5 + m] - w[P2 + m]
-        vx1, vy1, vz1 = w[R3 + m] - w[R0 + m], w[R4 + m] - w[R1 + m], w[R5 + m] - w[R2 + m]
-        ux2, uy2, uz2 = (
-            0.5 * (w[P6 + m] - w[P3 + m] - ux1),
-            0.5 * (w[P7 + m] - w[P4 + m] - uy1),
-            0.5 * (w[P8 + m] - w[P5 + m] - uz1),
-        )
-        vx2, vy2, vz2 = (
-            0.5 * (w[R6 + m] - w[R3 + m] - vx1),
-            0.5 * (w[R7 + m] - w[R4 + m] - vy1),
-            0.5 * (w[R8 + m] - w[R5 + m] - vz1),
-        )
-        cx = 0.5 * (w[P0 + m] + w[P3 + m] - w[R0 + m] - w[R3 + m])
-        cy = 0.5 * (w[P1 + m] + w[P4 + m] - w[R1 + m] - w[R4 + m])
-        cz = 0.5 * (w[P2 + m] + w[P5 + m] - w[R2 + m] - w[R5 + m])
-        s, t = w[S + m], w[T + m]
+        u1, u2 = load3(w, P0 + m, LANES), load3(w, P3 + m, LANES)
+        v1, v2 = load3(w, P6 + m, LANES), load3(w, R0 + m, LANES)
+        s, t = w[NEXT_S + m], w[NEXT_T + m]
+        g = _offset_at(s, t, u1, u2, v1, v2, load3(w, R3 + m, LANES))
+        u, v, a, b = slope_at(s, u1, u2), slope_at(t, v1, v2), scale(2.0, u2), scale(2.0, v2)
+        w[NEXT_S + m], w[NEXT_T + m] = closest_step(
+            s, t, g[0], g[1], g[2], u[0], u[1], u[2], v[0], v[1], v[2], a[0], a[1], a[2], b[0], b[1], b[2],
+            own_a, own_b, w[LINE + m],
+        )  # fmt: skip
+
+
+@njit(**INLINE)
+def _evaluate(count, law, oval, inv_dt, w):
+    _expand(count, w)
+    for _ in range(NEWTON_STEPS):
+        _approach(count, oval, w)
+    for m in range(U(count)):
+        u1, u2 = load3(w, P0 + m, LANES), load3(w, P3 + m, LANES)
+        v1, v2 = load3(w, P6 + m, LANES), load3(w, R0 + m, LANES)
+        c = load3(w, R3 + m, LANES)
+        was_s, was_t, s, t = w[S + m], w[T + m], w[NEXT_S + m], w[NEXT_T + m]
         # offset of the same material points now: its change since the last step is the relative motion
-        ox = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
-        oy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
-        oz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
+        ox, oy, oz = _offset_at(was_s, was_t, u1, u2, v1, v2, c)
+        gx, gy, gz = _offset_at(s, t, u1, u2, v1, v2, c)
         mx, my, mz = ox - w[GX + m], oy - w[GY + m], oz - w[GZ + m]
         rx, ry, rz = w[TURN_X + m], w[TURN_Y + m], w[TURN_Z + m]
         ex, ey, ez = w[EX + m], w[EY + m], w[EZ + m]
         ex, ey, ez = ex + ry * ez - rz * ey, ey + rz * ex - rx * ez, ez + rx * ey - ry * ex
-        gx, gy, gz = ox, oy, oz
-        for _ in range(NEWTON_STEPS):
-            s, t = closest_step(
-                s, t, gx, gy, gz,
-                ux1 + 2.0 * s * ux2, uy1 + 2.0 * s * uy2, uz1 + 2.0 * s * uz2,
-                vx1 + 2.0 * t * vx2, vy1 + 2.0 * t * vy2, vz1 + 2.0 * t * vz2,
-                2.0 * ux2, 2.0 * uy2, 2.0 * uz2, 2.0 * vx2, 2.0 * vy2, 2.0 * vz2, own_a, own_b, w[LINE + m],
-            )  # fmt: skip
-            gx = cx + s * (ux1 + s * ux2) - t * (vx1 + t * vx2)
-            gy = cy + s * (uy1 + s * uy2) - t * (vy1 + t * vy2)
-            gz = cz + s * (uz1 + s * uz2) - t * (vz1 + t * vz2)
         # the motion half where the contact was and half where it is: what turns about it as it runs makes no energy
-        swing = sub(slope_at(w[S + m], (ux1, uy1, uz1), (ux2, uy2, uz2)), load3(w, WAS_UX + m, LANES))
-        swung = sub(slope_at(w[T + m], (vx1, vy1, vz1), (vx2, vy2, vz2)), load3(w, VX + m, LANES))
-        kx, ky, kz = combine(0.5 * (s - w[S + m]), swing, 0.5 * (w[T + m] - t), swung)
+        swing = sub(slope_at(was_s, u1, u2), load3(w, WAS_UX + m, LANES))
+        swung = sub(slope_at(was_t, v1, v2), load3(w, VX + m, LANES))
+        kx, ky, kz = combine(0.5 * (s - was_s), swing, 0.5 * (was_t - t), swung)
         mx, my, mz = mx + kx, my + ky, mz + kz
         # surfaces touch at a point between the centre-lines: they turn with their yarns about its arms
         hx, hy, hz = 0.5 * (gx + w[GX + m]), 0.5 * (gy + w[GY + m]), 0.5 * (gz + w[GZ + m])
@@ -127,7 +135,7 @@ def _evaluate(count, law, oval, inv_dt, w):
         # what the yarns close themselves, along the mean normal of the step: a slide is none, to third order
         far, near = np.sqrt(w[GX + m] ** 2 + w[GY + m] ** 2 + w[GZ + m] ** 2), np.sqrt(gx * gx + gy * gy + gz * gz)
         before = (mx * w[GX + m] + my * w[GY + m] + mz * w[GZ + m]) / max(far, 1e-9)
-        closing = -0.5 * (before + (mx * gx + my * gy + mz * gz) / max(near, 1e-9))
+        closing = -0.5 * (before + (mx * gx + my * gy + mz * gz) * (1.0 / max(near, 1e-9)))
         # no other depth: closest points that jump along a hook would make energy
         depth = max(w[REACH + m] - far + closing, 0.0)
         pressed, elastic = w[PRESSED + m], elastic_force(w[REACH + m] - far, law)
@@ -137,8 +145,8 @@ def _evaluate(count, law, oval, inv_dt, w):
             w[SLIPPING + m], law, inv_dt,
         )  # fmt: skip
         w[S + m], w[T + m] = s, t
-        store3(w, UX + m, LANES, slope_at(s, (ux1, uy1, uz1), (ux2, uy2, uz2)))
-        store3(w, VX + m, LANES, slope_at(t, (vx1, vy1, vz1), (vx2, vy2, vz2)))
+        store3(w, UX + m, LANES, slope_at(s, u1, u2))
+        store3(w, VX + m, LANES, slope_at(t, v1, v2))
         w[EX + m], w[EY + m], w[EZ + m] = ex, ey, ez
         w[GX + m], w[GY + m], w[GZ + m] = gx, gy, gz
         w[PX + m], w[PY + m], w[PZ + m] = fx, fy, fz

@@ -27,6 +27,22 @@ def _work(first, count, value, rate, w):
 
 
 @njit(**INLINE)
+def _push_guided(first, count, value, nodes, dof, push, gain, w):
+    """Add the force of a guide, ``value`` times ``push`` of what damping takes and ``gain``; :func:`_guided_work`."""
+    rate, force, damping = nodes.velocity[dof], nodes.force[dof], nodes.damping_factor
+    clear_sums(w, U(0))
+    clear_sums(w, U(LANE_SUMS))
+    for block in range(0, count, LANE_SUMS):
+        for k in range(U(min(LANE_SUMS, count - block))):
+            i, lost = U(first + block) + k, 1.0 - damping[U(first + block) + k]
+            force[i] += value[U(block) + k] * (push * lost + gain)
+            work = value[U(block) + k] * rate[i]
+            w[k] += work
+            w[U(LANE_SUMS) + k] += work * lost
+    return total_of_sums(w, U(0)), total_of_sums(w, U(LANE_SUMS))
+
+
+@njit(**INLINE)
 def _guided_work(first, count, value, nodes, dof, w):
     """:func:`_work`, and the same of the share of the rates that damping takes."""
     rate, damping = nodes.velocity[dof], nodes.damping_factor
@@ -60,11 +76,8 @@ def apply_loads(partition, dt, nodes, loads, tables, tally, w):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
         factor, value = present_load(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
-            force, gain = nodes.force[dof], _gain(dt, loads.table[run], tables)
-            for k in range(U(count)):
-                i = U(first) + k
-                force[i] += value[k] * (factor * (1.0 - nodes.damping_factor[i]) / dt + gain)
-            moved, damped = _guided_work(first, count, value, nodes, dof, w)
+            gain = _gain(dt, loads.table[run], tables)
+            moved, damped = _push_guided(first, count, value, nodes, dof, factor / dt, gain, w)
             work, guided = work + gain * moved, guided + factor * damped
         elif dof < 3:
             force = nodes.force[dof]

@@ -61,20 +61,83 @@ def flag_moved(nodes, since, ahead, limit, moved):
     Fills ``moved`` (n,) with those that went :data:`SOON` of it, whose turn would come next: a search goes through all
     lists whatever it looks for. Returns the count and the largest speed [mm/ms].
     """
+    still, origin = np.zeros((2, 3, 4)), np.zeros((3, moved.size))
+    count, _, fastest = flag_deviating(nodes, origin, still, since, ahead, limit, moved)
+    return count, fastest
+
+
+@njit(**ALLOCATING)
+def flag_deviating(nodes, reference, motion, since, ahead, limit, moved):
+    """:func:`flag_moved` for the way beside the common ``motion`` (:func:`fit_motion`): ``since`` (3, n) holds it [mm].
+
+    ``reference`` (3, n) are the positions from which the common motion began. Returns also the largest way beside it
+    from there [mm], before the speed.
+    """
     x, y, z = rows3(nodes.position)
-    x0, y0, z0 = rows3(since)
     vx, vy, vz = rows3(nodes.velocity)
-    count, fastest2 = 0, np.zeros(LANE_SUMS)
+    x0, y0, z0 = rows3(reference)
+    wx, wy, wz = rows3(since)
+    count, fastest2, farthest2 = 0, np.zeros(LANE_SUMS), np.zeros(LANE_SUMS)
+    a00, a01, a02, a03 = motion[0, 0, 0], motion[0, 0, 1], motion[0, 0, 2], motion[0, 0, 3]
+    a10, a11, a12, a13 = motion[0, 1, 0], motion[0, 1, 1], motion[0, 1, 2], motion[0, 1, 3]
+    a20, a21, a22, a23 = motion[0, 2, 0], motion[0, 2, 1], motion[0, 2, 2], motion[0, 2, 3]
+    b00, b01, b02, b03 = motion[1, 0, 0], motion[1, 0, 1], motion[1, 0, 2], motion[1, 0, 3]
+    b10, b11, b12, b13 = motion[1, 1, 0], motion[1, 1, 1], motion[1, 1, 2], motion[1, 1, 3]
+    b20, b21, b22, b23 = motion[1, 2, 0], motion[1, 2, 1], motion[1, 2, 2], motion[1, 2, 3]
     for block in range(0, moved.size, LANE_SUMS):
         for k in range(U(min(LANE_SUMS, moved.size - block))):
             i = U(block) + k
-            speed2 = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2
-            distance = sqrt((x[i] - x0[i]) ** 2 + (y[i] - y0[i]) ** 2 + (z[i] - z0[i]) ** 2)
-            reached = distance + sqrt(speed2) * ahead
+            px, py, pz = x0[i], y0[i], z0[i]
+            dx = x[i] - px - (a00 * px + a01 * py + a02 * pz + a03)
+            dy = y[i] - py - (a10 * px + a11 * py + a12 * pz + a13)
+            dz = z[i] - pz - (a20 * px + a21 * py + a22 * pz + a23)
+            ux = vx[i] - (b00 * px + b01 * py + b02 * pz + b03)
+            uy = vy[i] - (b10 * px + b11 * py + b12 * pz + b13)
+            uz = vz[i] - (b20 * px + b21 * py + b22 * pz + b23)
+            coming = ahead * sqrt(ux * ux + uy * uy + uz * uz)
+            reached = coming + sqrt((dx - wx[i]) ** 2 + (dy - wy[i]) ** 2 + (dz - wz[i]) ** 2)
             moved[i] = reached >= SOON * limit
             count += reached >= limit
+            speed2, far2 = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2, dx * dx + dy * dy + dz * dz
             fastest2[k] = speed2 if speed2 > fastest2[k] else fastest2[k]
-    return count, sqrt(fastest2.max())
+            farthest2[k] = far2 if far2 > farthest2[k] else farthest2[k]
+    return count, sqrt(farthest2.max()), sqrt(fastest2.max())
+
+
+@njit(**ALLOCATING)
+def fit_motion(nodes, reference, flexibility, stride, motion):
+    """Fit an affine motion to the displacements of every ``stride``-th node from its ``reference`` (3, n) [mm].
+
+    Fills ``motion`` (2, 3, 4): gradient and displacement at the origin [mm], then their rates [1/ms, mm/ms].
+    ``flexibility`` (4, 4) as :func:`motion_basis` gives it.
+    """
+    sums = np.zeros((2, 3, 4))
+    for i in range(0, reference.shape[1], stride):
+        for axis in range(3):
+            moved, speed = nodes.position[axis, i] - reference[axis, i], nodes.velocity[axis, i]
+            for k in range(3):
+                sums[0, axis, k] += moved * reference[k, i]
+                sums[1, axis, k] += speed * reference[k, i]
+            sums[0, axis, 3] += moved
+            sums[1, axis, 3] += speed
+    for m in range(2):
+        for axis in range(3):
+            for k in range(4):
+                motion[m, axis, k] = 0.0
+                for other in range(4):
+                    motion[m, axis, k] += sums[m, axis, other] * flexibility[other, k]
+
+
+def motion_basis(reference, smooth):
+    """Matrix (4, 4) by which :func:`fit_motion` gets an affine motion from sums over the ``reference`` (3, n) [mm].
+
+    A least-squares fit, in which a gradient costs as much as scatter of the displacements by it over ``smooth`` [mm].
+    """
+    n, middle = reference.shape[1], reference.mean(axis=1)
+    beside = reference - middle[:, None]
+    inverse = np.linalg.inv((beside[:, None] * beside[None]).sum(axis=2) + n * smooth**2 * np.eye(3))
+    last = inverse @ middle
+    return np.block([[inverse, -last[:, None]], [-last[None], np.array([[1.0 / n + middle @ last]])]])
 
 
 def largest_speed(nodes):

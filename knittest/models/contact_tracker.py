@@ -24,6 +24,10 @@ SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
+#: share of the skin that the strain of the common motion may use up before all pieces are searched
+STRAINED = 0.1
+#: nodes to which the common motion is fitted, about, and the length [mm] of :func:`search.motion_basis`
+FITTED, SMOOTH = 500, 1.0
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
 #: overlap at the start, over the smaller radius, above which the geometry is rejected
@@ -107,7 +111,15 @@ class YarnContactGroup:
 
 
 class ContactTracker:
-    """Contacts of one model, renewed by displacement; lists grow when they overflow, nothing is dropped."""
+    """Contacts of one model, renewed by displacement; lists grow when they overflow, nothing is dropped.
+
+    Displacements count relative to an affine motion A X + a that is fitted to the specimen since its last whole search,
+    in which the nodes were at X. A pair closes by the change of (A - 1) W, of the vector W between its nearest points
+    there, and by the displacements of both yarns relative to the motion. The first is at most twice the largest |A - 1|
+    times |W|, and |W| at most the sum of radii with the displacements of both yarns, over 1 - |A - 1|. Once it exceeds
+    the share :data:`STRAINED` of the skin all pieces are searched. The rest of the skin is that of the displacements:
+    a node that exceeds its part calls for a search of the pieces that moved. Any A and a keep the bound.
+    """
 
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
         n = group.radius.size
@@ -115,7 +127,9 @@ class ContactTracker:
         self.contacts, self._spare, self.count = _empty_contacts(64, group), _empty_contacts(64, group), 0
         self._room = _pair_storage(64)
         self._order = np.zeros(n, np.int64)
-        self._since = np.full((3, n), np.inf)
+        self._since = np.zeros((3, n))
+        self._reference, self._flexibility, self._motion = np.zeros((3, n)), np.zeros((4, 4)), np.zeros((2, 3, 4))
+        self._stride, self._strain = max(n // FITTED, 1), 0.0
         self._moved = np.zeros(n, np.bool_)
         self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
         self._along = np.full((n, MOST), -1)
@@ -228,10 +242,14 @@ class ContactTracker:
     def update(self, ahead: float) -> tuple[float, float]:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
-        count, self.speed = search.flag_moved(
-            self.nodes, self._since, ahead, search.REACHED * CONTACT_SKIN, self._moved
+        search.fit_motion(self.nodes, self._reference, self._flexibility, self._stride, self._motion)
+        limit = (1.0 - STRAINED) * search.REACHED * CONTACT_SKIN
+        count, farthest, self.speed = search.flag_deviating(
+            self.nodes, self._reference, self._motion, self._since, ahead, limit, self._moved
         )  # fmt: skip
-        if count:
+        if strained := self._closed_by_strain(ahead, farthest + self.speed * ahead) > STRAINED * CONTACT_SKIN:
+            self._moved[:] = True
+        if strained or count:
             self._find_contacts()
         given = self.recover(ahead) if self.count else (0.0, 0.0)
         self.seconds += clock.perf_counter() - start
@@ -241,7 +259,8 @@ class ContactTracker:
         """Contacts in use, where every piece was last looked at, and the speed that sets the next look."""
         counts = np.array([self.count, self.contacts.reach.size, self._spare.reach.size, self.searches])
         return arrays_of("contacts", _used_contacts(self.contacts, self.count), OF_CONTACTS) | {
-            "since": self._since.copy(), "along": self._along.copy(), "speed": np.array(self.speed), "counts": counts,
+            "since": self._since.copy(), "reference": self._reference.copy(), "along": self._along.copy(),
+            "speed": np.array(self.speed), "counts": counts, "strain": np.array(self._strain),
             "recovering": np.array(self.recovering),
         } | ({name: getattr(self.group, name).copy() for name in SHAPES} if self.group.shape.size else {})  # fmt: skip
 
@@ -258,9 +277,12 @@ class ContactTracker:
         if self.group.excess.size:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = checked_array(state, "since", self._since.shape)
+        self._reference[:] = checked_array(state, "reference", self._reference.shape)
+        self._flexibility = search.motion_basis(self._reference[:, :: self._stride], SMOOTH)
         self._along[:] = checked_array(state, "along", self._along.shape)
-        self.speed, self.recovering = (
+        self.speed, self._strain, self.recovering = (
             float(checked_array(state, "speed", ())),
+            float(checked_array(state, "strain", ())),
             int(checked_array(state, "recovering", ())),
         )
 
@@ -309,8 +331,27 @@ class ContactTracker:
             self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
             share_states(self.contacts, needed, group.images, self._master)
         search.assign_halves(self.contacts, self.count, group.node_cut)
-        self._since[:, self._moved] = position[:, self._moved]
+        self._look_back(position)
         self.searches += 1
+
+    def _look_back(self, position: Array) -> None:
+        """Count displacements of the searched pieces from here on, and the common motion if all were searched."""
+        if self._moved.all():
+            self._reference[:], self._since[:], self._motion[:], self._strain = position, 0.0, 0.0, 0.0
+            self._flexibility = search.motion_basis(position[:, :: self._stride], SMOOTH)
+            return
+        beside = position - self._reference - self._motion[0, :, 3:]
+        for k in range(3):
+            beside -= self._motion[0, :, k : k + 1] * self._reference[k]
+        self._since[:, self._moved] = beside[:, self._moved]
+
+    def _closed_by_strain(self, ahead: float, farthest: float) -> float:
+        """Bound of what the common motion alone closes of a gap within ``ahead`` [ms] [mm], of nodes that moved at most
+        ``farthest`` [mm] relative to it.
+        """
+        now, rate = (float(np.linalg.norm(gradient)) for gradient in self._motion[:, :, :3])
+        self._strain = max(self._strain, now + ahead * rate)
+        return 4.0 * self._strain * (float(self.group.bound.max()) + farthest) / max(1.0 - self._strain, 1e-9)
 
     def _find_pairs(
         self, position: Array, pieces: Pieces, moved: Flags, cells: Cells

@@ -8,6 +8,7 @@ import pytest
 from knittest.kernels import search
 from knittest.kernels.pair_search import BEYOND, crossing
 from knittest.models.contact_tracker import CONTACT_SKIN
+from knittest.models.explicit_model import make_nodes
 from knittest.pose import Body, Chain, YarnContact, section
 
 CARD = section(1e3, 5.0, 0.1, 1e-3)
@@ -75,6 +76,75 @@ def test_what_goes_half_the_way_is_looked_at_along_but_calls_for_no_search(body)
     count, speed = search.flag_moved(nodes, since, 0.0, 1.0, moved)
     assert (count, speed) == (1, 0.0)
     assert np.flatnonzero(moved).tolist() == [3, 5]
+
+
+def test_the_common_motion_is_found_and_what_moves_beside_it():
+    """A sheared and turned sheet: the fit returns the gradient; one node that moves beside it is flagged."""
+    rng = np.random.default_rng(5)
+    nodes = make_nodes(rng.uniform(-30.0, 30.0, (500, 3)), np.ones(500), np.ones(500))
+    reference, motion = nodes.position[:, :500].copy(), np.zeros((2, 3, 4))
+    gradient, shift = rng.uniform(-0.1, 0.1, (3, 3)), rng.uniform(-5.0, 5.0, (3, 1))
+    nodes.position[:, :500] += gradient @ reference + shift
+    nodes.velocity[:, :500] = 2.0 * gradient @ reference
+    basis = search.motion_basis(reference, 0.0)
+    search.fit_motion(nodes, reference, basis, 1, motion)
+    np.testing.assert_allclose(motion[0], np.hstack([gradient, shift]), atol=1e-12)
+    np.testing.assert_allclose(motion[1], np.hstack([2.0 * gradient, 0.0 * shift]), atol=1e-12)
+    moved = np.zeros(500, np.bool_)
+    nodes.position[1, 7] += 1.0
+    count, farthest, _ = search.flag_deviating(nodes, reference, motion, np.zeros((3, 500)), 0.1, 0.9, moved)
+    assert (count, np.flatnonzero(moved).tolist()) == (1, [7])
+    assert farthest == pytest.approx(1.0, rel=1e-9)
+
+
+def parallel_yarns(n: int, spacing: float) -> Body:
+    """``n`` straight yarns side by side, ``spacing`` [mm] apart, so far that none is tracked."""
+    along, zero = np.arange(4.0), np.zeros(4)
+    chains = [Chain(np.column_stack([along, zero + k * spacing, zero]), CARD) for k in range(n)]
+    body = Body.of_chains(chains, YarnContact(500.0, 250.0, 0.3, 0.0))
+    body.start()
+    assert body.model.tracker.count == 0
+    return body
+
+
+@pytest.mark.parametrize("turns", [0.0, 0.02])
+def test_yarns_that_only_the_common_motion_brings_together_are_found(turns):
+    """A sheet that is compressed evenly, and turns: no yarn moves beside the others, and all neighbours meet."""
+    n, spacing = 40, 0.4
+    body = parallel_yarns(n, spacing)
+    position, tracker = body.model.nodes.position, body.model.tracker
+    start, gap, width = position.copy(), spacing, 2.0 * RADIUS
+    for step in range(1, 120):
+        angle, share = turns * step, 1.0 - 0.005 * step
+        gap = share * spacing
+        x, y = start[0], share * start[1]
+        position[0], position[1] = np.cos(angle) * x - np.sin(angle) * y, np.sin(angle) * x + np.cos(angle) * y
+        tracker.update(0.0)
+        if gap < width:
+            touching = tracker.group.chain[tracker.contacts.piece[:, : tracker.count]]
+            assert {tuple(pair) for pair in touching.T.tolist()} >= {(k, k + 1) for k in range(n - 1)}
+    assert gap < width
+
+
+def test_a_sheet_that_only_moves_as_a_whole_is_not_searched_again():
+    """It is moved by 50 mm: far beyond the skin."""
+    body = parallel_yarns(40, 0.4)
+    position, tracker = body.model.nodes.position, body.model.tracker
+    searches = tracker.searches
+    for _ in range(100):
+        position[0] += 0.5
+        tracker.update(0.0)
+    assert tracker.searches == searches
+
+
+def test_the_largest_strain_since_the_whole_search_bounds_what_it_closes():
+    """A sheet that was strained and is straight again: pieces searched meanwhile moved by the larger strain."""
+    tracker = parallel_yarns(10, 0.4).model.tracker
+    tracker._motion[0, 0, 0] = 0.01
+    closed = tracker._closed_by_strain(0.0, 0.5)
+    assert closed == pytest.approx(4.0 * 0.01 * (RADIUS + 0.5) / 0.99)
+    tracker._motion[:] = 0.0
+    assert tracker._closed_by_strain(0.0, 0.5) == closed
 
 
 def crossing_yarns(gap: float, at: float) -> Body:
