@@ -68,10 +68,11 @@ def flag_moved(nodes, since, ahead, limit, moved):
 
 @njit(**ALLOCATING)
 def flag_deviating(nodes, reference, motion, since, ahead, limit, moved):
-    """:func:`flag_moved` for the way beside the common ``motion`` (:func:`fit_motion`): ``since`` (3, n) holds it [mm].
+    """:func:`flag_moved` for displacements relative to the affine ``motion`` of :func:`fit_motion`.
 
-    ``reference`` (3, n) are the positions from which the common motion began. Returns also the largest way beside it
-    from there [mm], before the speed.
+    ``since`` (3, n) are the relative displacements at the last search of each node [mm], ``reference`` (3, n) the
+    positions where the affine motion began. Returns the count, the largest relative displacement from there [mm] and
+    the largest speed [mm/ms].
     """
     x, y, z = rows3(nodes.position)
     vx, vy, vz = rows3(nodes.velocity)
@@ -134,8 +135,8 @@ def motion_basis(reference, smooth):
     A least-squares fit, in which a gradient costs as much as scatter of the displacements by it over ``smooth`` [mm].
     """
     n, middle = reference.shape[1], reference.mean(axis=1)
-    beside = reference - middle[:, None]
-    inverse = np.linalg.inv((beside[:, None] * beside[None]).sum(axis=2) + n * smooth**2 * np.eye(3))
+    arms = reference - middle[:, None]
+    inverse = np.linalg.inv((arms[:, None] * arms[None]).sum(axis=2) + n * smooth**2 * np.eye(3))
     last = inverse @ middle
     return np.block([[inverse, -last[:, None]], [-last[None], np.array([[1.0 / n + middle @ last]])]])
 

@@ -24,10 +24,10 @@ SHAPES = ("square", "excess", "shape")
 OF_CONTACTS = tuple(name for name in Contacts._fields if name not in OF_NODES)
 #: gap up to which contacts are tracked [mm]
 CONTACT_SKIN = 0.1
-#: share of the skin that the strain of the common motion may use up before all pieces are searched
-STRAINED = 0.1
-#: nodes to which the common motion is fitted, about, and the length [mm] of :func:`search.motion_basis`
-FITTED, SMOOTH = 500, 1.0
+#: share of the skin that the strain of the affine motion may close before all pieces are searched
+STRAIN_SHARE = 0.1
+#: number of nodes, about, to which the affine motion is fitted, and the length [mm] of :func:`search.motion_basis`
+FIT_NODES, SMOOTHING = 500, 1.0
 #: fewest steps between two looks at the contacts, however fast yarns recoil
 LEAST_STEPS = 5
 #: overlap at the start, over the smaller radius, above which the geometry is rejected
@@ -113,12 +113,16 @@ class YarnContactGroup:
 class ContactTracker:
     """Contacts of one model, renewed by displacement; lists grow when they overflow, nothing is dropped.
 
-    Displacements count relative to an affine motion A X + a that is fitted to the specimen since its last whole search,
-    in which the nodes were at X. A pair closes by the change of (A - 1) W, of the vector W between its nearest points
-    there, and by the displacements of both yarns relative to the motion. The first is at most twice the largest |A - 1|
-    times |W|, and |W| at most the sum of radii with the displacements of both yarns, over 1 - |A - 1|. Once it exceeds
-    the share :data:`STRAINED` of the skin all pieces are searched. The rest of the skin is that of the displacements:
-    a node that exceeds its part calls for a search of the pieces that moved. Any A and a keep the bound.
+    Displacements are relative to an affine motion x = A X + a of the specimen. X are the positions at the last search
+    of all pieces. A and a are fitted anew at each update; the bound below holds for any A and a.
+
+    Let W be the vector between the closest points of two pieces at X. Two parts close their gap:
+
+    - The change of (A - 1) W. It is at most twice the largest |A - 1| since that search times |W|. Pieces that could
+      touch have a |W| of at most the sum of radii and both relative displacements, over 1 - |A - 1|. If this part
+      exceeds :data:`STRAIN_SHARE` of the skin, all pieces are searched.
+    - The relative displacements of both pieces. They have the rest of the skin. A node that exceeds its share causes a
+      search of the pieces that moved.
     """
 
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
@@ -129,7 +133,7 @@ class ContactTracker:
         self._order = np.zeros(n, np.int64)
         self._since = np.zeros((3, n))
         self._reference, self._flexibility, self._motion = np.zeros((3, n)), np.zeros((4, 4)), np.zeros((2, 3, 4))
-        self._stride, self._strain = max(n // FITTED, 1), 0.0
+        self._stride, self._strain = max(n // FIT_NODES, 1), 0.0
         self._moved = np.zeros(n, np.bool_)
         self._master = np.arange(n) if group.images is None else masters(group.images)[:n]
         self._along = np.full((n, MOST), -1)
@@ -243,11 +247,11 @@ class ContactTracker:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
         search.fit_motion(self.nodes, self._reference, self._flexibility, self._stride, self._motion)
-        limit = (1.0 - STRAINED) * search.REACHED * CONTACT_SKIN
+        limit = (1.0 - STRAIN_SHARE) * search.REACHED * CONTACT_SKIN
         count, farthest, self.speed = search.flag_deviating(
             self.nodes, self._reference, self._motion, self._since, ahead, limit, self._moved
         )  # fmt: skip
-        if strained := self._closed_by_strain(ahead, farthest + self.speed * ahead) > STRAINED * CONTACT_SKIN:
+        if strained := self._closing_by_strain(ahead, farthest + self.speed * ahead) > STRAIN_SHARE * CONTACT_SKIN:
             self._moved[:] = True
         if strained or count:
             self._find_contacts()
@@ -278,7 +282,7 @@ class ContactTracker:
             turn_sections(0, self.group.excess.size, self.nodes, self.contacts)
         self._since[:] = checked_array(state, "since", self._since.shape)
         self._reference[:] = checked_array(state, "reference", self._reference.shape)
-        self._flexibility = search.motion_basis(self._reference[:, :: self._stride], SMOOTH)
+        self._flexibility = search.motion_basis(self._reference[:, :: self._stride], SMOOTHING)
         self._along[:] = checked_array(state, "along", self._along.shape)
         self.speed, self._strain, self.recovering = (
             float(checked_array(state, "speed", ())),
@@ -331,23 +335,24 @@ class ContactTracker:
             self.contacts.share[:needed] = group.owned[self.contacts.piece[:, :needed]].mean(axis=0)
             share_states(self.contacts, needed, group.images, self._master)
         search.assign_halves(self.contacts, self.count, group.node_cut)
-        self._look_back(position)
+        self._reset_displacements(position)
         self.searches += 1
 
-    def _look_back(self, position: Array) -> None:
-        """Count displacements of the searched pieces from here on, and the common motion if all were searched."""
+    def _reset_displacements(self, position: Array) -> None:
+        """Let displacements of the searched pieces begin at ``position``, and the affine motion if all were searched."""
         if self._moved.all():
             self._reference[:], self._since[:], self._motion[:], self._strain = position, 0.0, 0.0, 0.0
-            self._flexibility = search.motion_basis(position[:, :: self._stride], SMOOTH)
+            self._flexibility = search.motion_basis(position[:, :: self._stride], SMOOTHING)
             return
-        beside = position - self._reference - self._motion[0, :, 3:]
+        relative = position - self._reference - self._motion[0, :, 3:]
         for k in range(3):
-            beside -= self._motion[0, :, k : k + 1] * self._reference[k]
-        self._since[:, self._moved] = beside[:, self._moved]
+            relative -= self._motion[0, :, k : k + 1] * self._reference[k]
+        self._since[:, self._moved] = relative[:, self._moved]
 
-    def _closed_by_strain(self, ahead: float, farthest: float) -> float:
-        """Bound of what the common motion alone closes of a gap within ``ahead`` [ms] [mm], of nodes that moved at most
-        ``farthest`` [mm] relative to it.
+    def _closing_by_strain(self, ahead: float, farthest: float) -> float:
+        """Largest closing [mm] of a gap by the affine motion alone, up to ``ahead`` [ms] from now.
+
+        ``farthest`` is the largest displacement of a node relative to that motion [mm].
         """
         now, rate = (float(np.linalg.norm(gradient)) for gradient in self._motion[:, :, :3])
         self._strain = max(self._strain, now + ahead * rate)

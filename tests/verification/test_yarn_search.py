@@ -141,10 +141,10 @@ def test_the_largest_strain_since_the_whole_search_bounds_what_it_closes():
     """A sheet that was strained and is straight again: pieces searched meanwhile moved by the larger strain."""
     tracker = parallel_yarns(10, 0.4).model.tracker
     tracker._motion[0, 0, 0] = 0.01
-    closed = tracker._closed_by_strain(0.0, 0.5)
+    closed = tracker._closing_by_strain(0.0, 0.5)
     assert closed == pytest.approx(4.0 * 0.01 * (RADIUS + 0.5) / 0.99)
     tracker._motion[:] = 0.0
-    assert tracker._closed_by_strain(0.0, 0.5) == closed
+    assert tracker._closing_by_strain(0.0, 0.5) == closed
 
 
 def crossing_yarns(gap: float, at: float) -> Body:
