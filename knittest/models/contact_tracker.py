@@ -339,7 +339,7 @@ class ContactTracker:
         self.searches += 1
 
     def _reset_displacements(self, position: Array) -> None:
-        """Let displacements of the searched pieces begin at ``position``, and the affine motion if all were searched."""
+        """Let displacements of the searched pieces begin at ``position``, and the motion if all were searched."""
         if self._moved.all():
             self._reference[:], self._since[:], self._motion[:], self._strain = position, 0.0, 0.0, 0.0
             self._flexibility = search.motion_basis(position[:, :: self._stride], SMOOTHING)
