@@ -98,49 +98,52 @@ The most probable causes:
 
 - **Jersey along the weft.** The specimen agrees with the measured curve. It contracts by about twice the measured
   strain, so the agreement is weaker than the curve suggests.
-- **All fabrics.** The diameters were fitted with a stiffer model ([below](#the-model-of-the-authors)).
+- **All fabrics.** The diameters were fitted with a stiffer model without clamps ([below](#the-model-of-the-authors)).
 - **Jersey and garter along the warp.** At small forces the measured fabric is stiffer than both cells, and the models
-  lock too sharply at large ones. Clamps cannot cause this. Friction, which the authors' model has not, is a part of the
-  cause in the jersey: with an assumed coefficient of 0.3 (`--set fabric.contact.friction_coefficient=0.3`) its free
-  cell reaches strains of 0.095, 0.154 and 0.226 at 0.05, 0.1 and 0.2 N/mm, in place of 0.111, 0.168 and 0.235. The cell
-  of the garter that keeps its width changes by at most 2 %. The garter is nearly held by its clamps: its specimen lies
-  near the cell of constant width, and contracts by a quarter more than measured.
-- **Garter along the weft.** The measured fabric is stiffer than both cells, and contracts by half of what the free cell
-  does. The specimen is longer than wide, so the clamps hold little of it. Friction is not the cause: with the same
-  coefficient the strains at 0.05 and 0.1 N/mm are 0.292 and 0.501 in place of 0.298 and 0.508. The tuned diameters, or
-  the state of the fabric before the test, are the most probable cause. The relaxed garter has several states of about
-  the same energy: when its cell is stretched to 1.75 along the weft and released, its courses are 2.2 to 2.3 mm apart
-  in place of 2.66 mm, at an energy that differs by 1 %.
-- **Seed.** Along the weft the measured fabric is stiffer than both cells, and along the warp softer at small forces. So
-  clamps are not the cause. The authors report the same of their simulation, and name an instability of loops under
-  compression. Along the weft they let no yarn slide between crossings. Sliding is a part of the cause: with an assumed
-  friction coefficient of 0.3 the free cell reaches strains of 0.59 and 1.01 along the weft at 0.05 and 0.1 N/mm, in
-  place of 0.87 and 1.22. Measured are 0.36 and 0.47. An independent minimisation of the same energy without friction
-  gives strains of 0.78 and 0.48 at 0.05 N/mm, free and of constant width. Along the warp the free cell jumps to another
-  state at a strain of 0.9, and back when it is released. Then its wales are 7 % closer at an energy that differs by
-  0.3 %.
-- **Rib.** The free cell follows the measured curves, while specimens with clamps are too stiff. The authors fitted the
-  diameters of the rib to a model without clamps, so that the diameters make up for the clamps. The shear law of the
-  specimens is not the cause: it bears 0.003 N/mm at 17°, a thirtieth of the tension.
-- **Friction in general.** A knit with friction has many states of rest (Crassous, Poincloux and Steinberger, 2024), and
-  the repeats began after a first pull that the authors leave out. The models start from the one state without friction.
-- **Mesh.** Shell elements of 2.5 mm instead of 5 mm change the strains of the specimens of jersey, garter and rib along
-  the warp by at most 1 %. Forty beams in a loop of the seed in place of thirty change the strains of its free cell
-  along the warp by at most 3 %. The meshes are not the cause.
+  lock too sharply at large ones. Clamps cannot cause this. Friction, which the authors' model has not, is a part of
+  the cause in the jersey: with an assumed coefficient of 0.3 (`--set fabric.contact.friction_coefficient=0.3`) its
+  free cell reaches strains of 0.095, 0.154 and 0.226 at 0.05, 0.1 and 0.2 N/mm, in place of 0.111, 0.168 and 0.235.
+  The cell of the garter that keeps its width changes by at most 2 %. The garter is nearly held by its clamps: its
+  specimen lies near the cell of constant width, and contracts by a quarter more than measured.
+- **Garter along the weft.** The measured fabric is stiffer than both cells, and contracts by half of what the free
+  cell does. The specimen is longer than wide, so the clamps hold little of it. Friction is not the cause: with the
+  same coefficient the strains at 0.05 and 0.1 N/mm are 0.292 and 0.501 in place of 0.298 and 0.508. The tuned
+  diameters, or the state of the fabric before the test, are the most probable cause. The relaxed garter has several
+  states of about the same energy: when its cell is stretched to 1.75 along the weft and released, its courses are 2.2
+  to 2.3 mm apart in place of 2.66 mm, at an energy that differs by 1 %.
+- **Seed.** Along the weft the measured fabric is stiffer than both cells, and along the warp softer at small forces.
+  So clamps are not the cause. The authors report the same of their simulation, and name an instability of loops under
+  compression. Along the weft they let no yarn slide between crossings. Sliding is a small part of the cause: with an
+  assumed friction coefficient of 0.3 the free cell reaches strains of 0.59 and 1.01 along the weft at 0.05 and 0.1
+  N/mm, in place of 0.87 and 1.22. Measured are 0.36 and 0.47. An independent minimisation of the same energy without
+  friction gives strains of 0.78 and 0.48 at 0.05 N/mm, free and of constant width. Along the warp the free cell jumps
+  to another state at a strain of 0.9, and back when it is released. Then its wales are 7 % closer at an energy that
+  differs by 0.3 %. Its specimens were not run: the law of two strains takes about two hours on one core. A specimen
+  lies between both cells, so it would fail along the weft.
+- **Rib.** The free cell follows the measured curves, while specimens with clamps are too stiff. The authors fitted
+  the diameters of the rib to a model without clamps. So the diameters probably compensate the clamps. The shear law
+  of the specimens is not the cause: it bears 0.003 N/mm at 17°, a thirtieth of the tension.
+- **Friction in general.** A knit with friction has many states of rest (Crassous, Poincloux and Steinberger, 2024,
+  *Metastability of a periodic network of threads*), and the repeats began after a first pull that the authors leave
+  out. The models start from the one state without friction.
+- **Mesh.** Shell elements of 2.5 mm instead of 5 mm change the strains of the specimens of jersey, garter and rib
+  along the warp by at most 1 %. Forty beams in a loop of the seed in place of thirty change the strains of its free
+  cell along the warp by at most 3 %. The meshes are not the cause.
 """.strip()
 
 
 AUTHORS = """
 The code of the authors (repository sabetta/stitch-by-stitch) minimises the energy of one loop with the same law of
-contact. It differs from the cells of this page in three points:
+contact. It differs from the free cell of this page in three points:
 
 - The yarn has an additional energy per length: 0.002 N mm⁴ times the squared third derivative of its curve. The authors
   call it a regularisation.
 - One loop stands for all, mirrored for purl stitches. Its curve is a spline of about thirty unknowns.
-- The width across the pull is always free.
+- In the seed along the weft no yarn slides between crossings.
 
-They publish the curve of a jersey with a core of 0.60 mm. The table has its strains. "With their term" is an
-independent minimisation with 48 nodes a loop and the additional energy, "without" is one with none.
+The authors publish the curve of a jersey with a core of 0.60 mm. The table gives the strains at equal force. "With
+their term" is an independent minimisation with 48 nodes a loop and the additional energy, "without" is one with none.
+The script of these minimisations is not a part of the project.
 """.strip()
 #: strains along weft and warp of the independent minimisation at COMPARED_AT forces, with and without the term
 MINIMISED = {
@@ -150,7 +153,7 @@ MINIMISED = {
 AUTHORS_END = """
 The cell of knittest agrees with the minimisation without the term within 4 %. The term brings the minimisation nearer
 to the authors' curve: within 8 % of the strain along the warp, and from 15 % at 0.05 to 5 % at 0.2 N/mm along the weft.
-The rest is probably the spline. So the diameters of the authors make up for their stiffer curves too.
+The rest is probably the spline. The diameters of the authors probably compensate these stiffer curves.
 """.strip()
 
 
@@ -163,7 +166,7 @@ def _authors(stored: dict[str, Any]) -> list[str]:
             ours = strain_at(stored["authors"][direction], at)
             values = (float(np.interp(at, force, strain)), with_term[k], without[k], ours)
             rows.append([direction, f"{at:g}", *(f"{value:.3f}" for value in values)])
-    head = ("along", "force [N/mm]", "the authors", "with their term", "without", "knittest cell")
+    head = ("along", "force [N/mm]", "the authors", "with their term", "without", LABELS["free"])
     return ["### The model of the authors", AUTHORS, table(head, rows), AUTHORS_END]
 
 

@@ -2,7 +2,7 @@
 
 python -m docs.knits               runs all, some two hours on one core, and writes docs/knits.json
 python -m docs.knits jersey rib    those of these names; --specimens or --cells only, --missing only what is not stored
-python -m docs.knits --authors     the jersey that the authors simulated
+python -m docs.knits --authors     only the jersey that the authors simulated
 
 ``python -m docs.generate`` then writes the page docs/acrylic-knits.md. Cells are free to contract, or keep their width;
 specimens have the measured width and length, and are shells with the law of two strains of their cell.
@@ -229,7 +229,8 @@ def _is_skipped(arguments: list[str], model: str, stored: dict[str, Any] | None)
     return "--draw" in arguments or other in arguments or ("--missing" in arguments and stored is not None)
 
 
-def _keep(stored: dict[str, Any]) -> None:
+def write_store(stored: dict[str, Any]) -> None:
+    """Write the stored curves."""
     STORE.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
 
 
@@ -239,10 +240,11 @@ def main(arguments: list[str]) -> int:
     if unknown := set(names) - set(KNITS):
         print(f"{', '.join(sorted(unknown))}: no such knit; expected {', '.join(KNITS)}")
         return 2
-    if "--authors" in arguments:
+    if "--authors" in arguments or not arguments:
         with tempfile.TemporaryDirectory() as place:
-            runs = {one: run_cell("jersey", one, "free", Path(place), AUTHORS_CORE) for one in DIRECTIONS}
-        _keep(load() | {"authors": runs})
+            runs = {d: run_cell("jersey", d, "free", Path(place), AUTHORS_CORE) for d in DIRECTIONS}
+        write_store(load() | {"authors": runs})
+    if arguments == ["--authors"]:
         return 0
     for knit in names:
         for direction in DIRECTIONS:
@@ -256,7 +258,7 @@ def main(arguments: list[str]) -> int:
                     )  # fmt: skip
                 stored = load()
                 stored.setdefault(knit, {}).setdefault(direction, {})[model] = run
-                _keep(stored)
+                write_store(stored)
                 print(knit, direction, model, flush=True)
         draw(knit, load().get(knit, {}))
     return 0

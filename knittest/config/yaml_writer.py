@@ -11,12 +11,11 @@ from knittest.config.run import Run
 from knittest.config.yaml_loader import CORE_SCHEMA, KeyPath, parse_document
 
 LINE_WIDTH = 10_000  # no folding: a value stays in the line of its key
-#: writer and reader of the C library where PyYAML has it: six times faster, which counts in sweeps of short runs
-SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-SAFE_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+#: loader of the C library where PyYAML has it: six times faster, which counts in sweeps of short runs
+LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
-class _CoreDumper(SAFE_DUMPER):  # type: ignore[misc]
+class _CoreDumper(yaml.SafeDumper):
     """Dumper that quotes texts which YAML 1.2, not 1.1, would read as another type."""
 
     yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 - PyYAML's own class-level registry
@@ -41,7 +40,7 @@ def dump_mapping(data: dict[str, Any], at: KeyPath = ()) -> str:
     text = yaml.dump(data, Dumper=_CoreDumper, sort_keys=False, allow_unicode=True, width=LINE_WIDTH)
     lines = text.splitlines()
     kind = data.get("rig", {}).get("kind", DEFAULT) if not at else DEFAULT
-    for path, line in parse_document(text, "dump", SAFE_LOADER).lines.items():
+    for path, line in parse_document(text, "dump", LOADER).lines.items():
         field = field_at(at + path, kind)
         if field and field.unit and path[-1] not in ("value", "sd", "warp", "weft"):
             lines[line - 1] += f"  # {field.unit if field.unit != '1' else 'dimensionless'}"

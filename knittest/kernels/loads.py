@@ -28,17 +28,20 @@ def _work(first, count, value, rate, w):
 
 @njit(**INLINE)
 def _push_guided(first, count, value, nodes, dof, push, gain, w):
-    """Add the force of a guide, ``value`` times ``push`` of what damping takes and ``gain``; :func:`_guided_work`."""
+    """Add the force of a guide and return its work as :func:`_guided_work` does.
+
+    The force is ``value`` times the sum of ``gain`` and ``push`` times the share that damping takes.
+    """
     rate, force, damping = nodes.velocity[dof], nodes.force[dof], nodes.damping_factor
     clear_sums(w, U(0))
     clear_sums(w, U(LANE_SUMS))
     for block in range(0, count, LANE_SUMS):
         for k in range(U(min(LANE_SUMS, count - block))):
-            i, lost = U(first + block) + k, 1.0 - damping[U(first + block) + k]
-            force[i] += value[U(block) + k] * (push * lost + gain)
+            i, damped_share = U(first + block) + k, 1.0 - damping[U(first + block) + k]
+            force[i] += value[U(block) + k] * (push * damped_share + gain)
             work = value[U(block) + k] * rate[i]
             w[k] += work
-            w[U(LANE_SUMS) + k] += work * lost
+            w[U(LANE_SUMS) + k] += work * damped_share
     return total_of_sums(w, U(0)), total_of_sums(w, U(LANE_SUMS))
 
 

@@ -71,14 +71,14 @@ def flag_deviating(nodes, reference, motion, since, ahead, limit, moved):
     """:func:`flag_moved` for displacements relative to the affine ``motion`` of :func:`fit_motion`.
 
     ``since`` (3, n) are the relative displacements at the last search of each node [mm], ``reference`` (3, n) the
-    positions where the affine motion began. Returns the count, the largest relative displacement from there [mm] and
-    the largest speed [mm/ms].
+    positions where the affine motion began. Returns the count, the largest relative displacement from there within
+    ``ahead`` [mm] and the largest speed [mm/ms].
     """
     x, y, z = rows3(nodes.position)
     vx, vy, vz = rows3(nodes.velocity)
     x0, y0, z0 = rows3(reference)
     wx, wy, wz = rows3(since)
-    count, fastest2, farthest2 = 0, np.zeros(LANE_SUMS), np.zeros(LANE_SUMS)
+    count, fastest2, farthest = 0, np.zeros(LANE_SUMS), np.zeros(LANE_SUMS)
     a00, a01, a02, a03 = motion[0, 0, 0], motion[0, 0, 1], motion[0, 0, 2], motion[0, 0, 3]
     a10, a11, a12, a13 = motion[0, 1, 0], motion[0, 1, 1], motion[0, 1, 2], motion[0, 1, 3]
     a20, a21, a22, a23 = motion[0, 2, 0], motion[0, 2, 1], motion[0, 2, 2], motion[0, 2, 3]
@@ -99,10 +99,10 @@ def flag_deviating(nodes, reference, motion, since, ahead, limit, moved):
             reached = coming + sqrt((dx - wx[i]) ** 2 + (dy - wy[i]) ** 2 + (dz - wz[i]) ** 2)
             moved[i] = reached >= SOON * limit
             count += reached >= limit
-            speed2, far2 = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2, dx * dx + dy * dy + dz * dz
+            speed2, far = vx[i] ** 2 + vy[i] ** 2 + vz[i] ** 2, coming + sqrt(dx * dx + dy * dy + dz * dz)
             fastest2[k] = speed2 if speed2 > fastest2[k] else fastest2[k]
-            farthest2[k] = far2 if far2 > farthest2[k] else farthest2[k]
-    return count, sqrt(farthest2.max()), sqrt(fastest2.max())
+            farthest[k] = far if far > farthest[k] else farthest[k]
+    return count, farthest.max(), sqrt(fastest2.max())
 
 
 @njit(**ALLOCATING)

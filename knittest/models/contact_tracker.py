@@ -123,6 +123,8 @@ class ContactTracker:
       exceeds :data:`STRAIN_SHARE` of the skin, all pieces are searched.
     - The relative displacements of both pieces. They have the rest of the skin. A node that exceeds its share causes a
       search of the pieces that moved.
+
+    Nodes are taken to keep their velocity until the next update.
     """
 
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
@@ -247,11 +249,13 @@ class ContactTracker:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
         search.fit_motion(self.nodes, self._reference, self._flexibility, self._stride, self._motion)
+        if not np.isfinite(self._motion).all():  # of one node that is not finite: the others are still searched
+            self._motion[:] = 0.0
         limit = (1.0 - STRAIN_SHARE) * search.REACHED * CONTACT_SKIN
         count, farthest, self.speed = search.flag_deviating(
             self.nodes, self._reference, self._motion, self._since, ahead, limit, self._moved
         )  # fmt: skip
-        if strained := self._closing_by_strain(ahead, farthest + self.speed * ahead) > STRAIN_SHARE * CONTACT_SKIN:
+        if strained := self._closing_by_strain(ahead, farthest) > STRAIN_SHARE * CONTACT_SKIN:
             self._moved[:] = True
         if strained or count:
             self._find_contacts()
@@ -352,7 +356,7 @@ class ContactTracker:
     def _closing_by_strain(self, ahead: float, farthest: float) -> float:
         """Largest closing [mm] of a gap by the affine motion alone, up to ``ahead`` [ms] from now.
 
-        ``farthest`` is the largest displacement of a node relative to that motion [mm].
+        ``farthest`` is the largest displacement of a node relative to that motion until then [mm].
         """
         now, rate = (float(np.linalg.norm(gradient)) for gradient in self._motion[:, :, :3])
         self._strain = max(self._strain, now + ahead * rate)

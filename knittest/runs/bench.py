@@ -18,6 +18,7 @@ from knittest.kernels.state import Contacts, Drive, Tally
 from knittest.kernels.threading import best_threads
 from knittest.kernels.vec import PARTITIONS
 from knittest.models.boundary import Boundary, new_tally
+from knittest.models.contact_tracker import OF_CONTACTS
 from knittest.models.explicit_model import ExplicitModel
 from knittest.models.yarn_model import YarnModel
 from knittest.runs.specimen import prepare
@@ -203,17 +204,10 @@ def _copy_speed(size: int) -> float:
     return 2 * source.nbytes / _median_time(lambda: np.copyto(target, source))
 
 
-#: fields of one column a contact
-OF_CONTACTS = (
-    "piece", "parameter", "spring", "offset", "slipping", "reach", "arm", "line", "force", "twist", "couple", "lever",
-    "share", "tangent", "other_tangent", "accepted",
-)  # fmt: skip
-
-
 def _class_lines(found: Stepping, model: YarnModel) -> Iterator[str]:
     """Share of the contacts that are open, stick, slip or lie along a yarn, and time [ns] to evaluate one of each.
 
-    As many contacts as the model has are evaluated, all of one class.
+    As many contacts as the model has are evaluated, all of one class. Copies of few contacts read nodes in the cache.
     """
     contacts, count = model.tracker.contacts, model.tracker.count
     pressing = (contacts.force[:, :count] != 0.0).any(axis=0)
@@ -228,7 +222,10 @@ def _class_lines(found: Stepping, model: YarnModel) -> Iterator[str]:
         cost = "-"
         if members.any():
             taken = np.sort(np.resize(np.flatnonzero(members), count))
-            copies = {field: getattr(contacts, field)[..., taken].copy() for field in OF_CONTACTS}
+            copies = {
+                field: getattr(contacts, field)[..., taken].copy() for field in OF_CONTACTS
+                if field not in ("half", "half_start") and getattr(contacts, field).shape[-1]
+            }  # fmt: skip
             calls = contacts._replace(**copies)
             cost = f"{1e9 * _own_time(_evaluation(found, model, calls)) / count:.1f}"
         yield f"{name:<26}{100.0 * float(members.mean() if count else 0.0):>8.0f} %{cost:>13}"

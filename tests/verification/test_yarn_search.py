@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+from knittest.base.errors import NumericalError
 from knittest.kernels import search
 from knittest.kernels.pair_search import BEYOND, crossing
 from knittest.models.contact_tracker import CONTACT_SKIN
@@ -145,6 +146,44 @@ def test_the_largest_strain_since_the_whole_search_bounds_what_it_closes():
     assert closed == pytest.approx(4.0 * 0.01 * (RADIUS + 0.5) / 0.99)
     tracker._motion[:] = 0.0
     assert tracker._closing_by_strain(0.0, 0.5) == closed
+
+
+def test_one_node_that_is_not_finite_does_not_end_the_search():
+    """The affine motion cannot be fitted: displacements are absolute, and the search names the node."""
+    body = parallel_yarns(40, 0.4)
+    body.model.nodes.position[0] += 1.0
+    body.model.nodes.position[1, 8] = np.nan
+    with pytest.raises(NumericalError, match="position of node 8"):
+        body.model.tracker.update(0.0)
+
+
+def test_displacements_begin_anew_for_what_was_searched_in_a_sheet_that_strains():
+    """A sheet strains, shifts, and one yarn moves by itself: its displacement and no other begins where it is."""
+    body = parallel_yarns(40, 0.4)
+    position, tracker = body.model.nodes.position, body.model.tracker
+    start = position.copy()
+    own = np.array([0.0, 0.0, 0.05])
+    position[0], position[1] = 1.003 * start[0] + 7.0, 0.996 * start[1] - 3.0
+    position[:, 8:12] += own[:, None]
+    searches = tracker.searches
+    tracker.update(0.0)
+    assert tracker.searches == searches + 1
+    np.testing.assert_allclose(tracker._since[:, 8:12], np.repeat(own[:, None], 4, axis=1), atol=0.004)
+    np.testing.assert_array_equal(tracker._since[:, 20:], 0.0)
+    tracker.update(0.0)  # nothing moved since
+    assert tracker.searches == searches + 1
+
+
+def test_what_strain_and_speed_close_until_the_next_look_counts():
+    """Nothing has moved yet: a rate of strain alone calls for a whole search, a node's own speed for its own."""
+    body = parallel_yarns(40, 0.4)
+    nodes, tracker = body.model.nodes, body.model.tracker
+    searches = tracker.searches
+    nodes.velocity[1] = -0.01 * nodes.position[1]
+    tracker.update(0.01)
+    assert tracker.searches == searches
+    tracker.update(5.0)
+    assert tracker.searches == searches + 1
 
 
 def crossing_yarns(gap: float, at: float) -> Body:
