@@ -123,9 +123,9 @@ The most probable causes:
 - **Rib.** The free cell follows the measured curves, while specimens with clamps are too stiff. The authors fitted
   the diameters of the rib to a model without clamps. So the diameters probably compensate the clamps. The shear law
   of the specimens is not the cause: it bears 0.003 N/mm at 17°, a thirtieth of the tension.
-- **Friction in general.** A knit with friction has many states of rest (Crassous, Poincloux and Steinberger, 2024,
+- **Friction in general.** A knit with friction has many equilibria (Crassous, Poincloux and Steinberger, 2024,
   *Metastability of a periodic network of threads*), and the repeats began after a first pull that the authors leave
-  out. The models start from the one state without friction.
+  out. The models start from the equilibrium without friction.
 - **Mesh.** Shell elements of 2.5 mm instead of 5 mm change the strains of the specimens of jersey, garter and rib
   along the warp by at most 1 %. Forty beams in a loop of the seed in place of thirty change the strains of its free
   cell along the warp by at most 3 %. The meshes are not the cause.
