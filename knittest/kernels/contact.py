@@ -169,11 +169,11 @@ TOUCHED = LOST
 # before losses are known: normal force before the step; products of the second derivatives of A and B with the shifts
 # of their own sections, the latter in the place of TOUCHED, which is read before
 PRESSED, OWN_A, OWN_B = DAMPED, SPUN, LOST
-# parameters after the step
-NEXT_S, NEXT_T = np.uintp(STRIDE * 42), np.uintp(STRIDE * 43)
-SCRATCH = STRIDE * 44
+SCRATCH = STRIDE * 42
 P0, P1, P2, P3, P4, P5, P6, P7, P8 = P[:9]
 R0, R1, R2, R3, R4, R5, R6, R7, R8 = P[9:]
+# parameters after the step, in rows that control points leave when they become spline coefficients
+NEXT_S, NEXT_T = R6, R7
 # control points are done with when contacts give way: spring of the last step (3), whether it slipped, twist, lever and
 # its coefficient, couple
 WAS_EX, WAS_SLIPPING, TWIST, LEVER, COEFFICIENT, COUPLE = P0, P6, P7, P8, R0, R1
