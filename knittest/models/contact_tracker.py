@@ -124,7 +124,7 @@ class ContactTracker:
     - The relative displacements of both pieces. They have the rest of the skin. A node that exceeds its share causes a
       search of the pieces that moved.
 
-    Nodes are taken to keep their velocity until the next update.
+    Nodes are taken to keep their velocity until the next update. In a periodic cell A is 1 and a is 0.
     """
 
     def __init__(self, nodes: Nodes, alive: Array, group: YarnContactGroup, name_of: Callable[[int], str]) -> None:
@@ -248,10 +248,12 @@ class ContactTracker:
     def update(self, ahead: float) -> tuple[float, float]:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
-        search.fit_motion(self.nodes, self._reference, self._flexibility, self._stride, self._motion)
+        whole = self.group.images is None  # a cell is small, and its loops may snap: displacements stay absolute
+        if whole:
+            search.fit_motion(self.nodes, self._reference, self._flexibility, self._stride, self._motion)
         if not np.isfinite(self._motion).all():  # of one node that is not finite: the others are still searched
             self._motion[:] = 0.0
-        limit = (1.0 - STRAIN_SHARE) * search.REACHED * CONTACT_SKIN
+        limit = ((1.0 - STRAIN_SHARE) if whole else 1.0) * search.REACHED * CONTACT_SKIN
         count, farthest, self.speed = search.flag_deviating(
             self.nodes, self._reference, self._motion, self._since, ahead, limit, self._moved
         )  # fmt: skip
