@@ -84,7 +84,7 @@ The relaxed jersey has wales of 2.908 mm and courses of 2.095 mm. An independent
   that gives all four fabrics. The diameters of the jersey with the bending stiffness of the cantilevers, 0.045 N mm²,
   give the garter strains of 0.30 (free) and 0.23 (constant width) along the weft at 0.05 N/mm, and 0.53 and 0.47 along
   the warp. Measured are 0.22 and 0.50. But a rib of nearly this yarn (core 0.60 mm) reaches 2.5 along the weft at
-  0.02 N/mm, where 1.0 is measured (independent minimisations).
+  0.02 N/mm, where 1.0 is measured. These are independent minimisations. That of the rib has a residual of 0.01 N.
 - Friction of the yarns is not known and taken as none.
 - Beams are 0.58 (jersey), 0.65 (rib) and 0.69 (garter, seed) of the core long. Straight yarns that cross press each
   other within 10 % of the closed form at 0.55.
@@ -112,14 +112,14 @@ The most probable causes:
   states of about the same energy: when its cell is stretched to 1.75 along the weft and released, its courses are 2.2
   to 2.3 mm apart in place of 2.66 mm, at an energy that differs by 1 %.
 - **Seed.** Along the weft the measured fabric is stiffer than both cells, and along the warp softer at small forces.
-  So clamps are not the cause. The authors report the same of their simulation, and name an instability of loops under
-  compression. Along the weft they let no yarn slide between crossings. Sliding is a small part of the cause: with an
-  assumed friction coefficient of 0.3 the free cell reaches strains of 0.59 and 1.01 along the weft at 0.05 and 0.1
-  N/mm, in place of 0.87 and 1.22. Measured are 0.36 and 0.47. An independent minimisation of the same energy without
-  friction gives strains of 0.78 and 0.48 at 0.05 N/mm, free and of constant width. Along the warp the free cell jumps
-  to another state at a strain of 0.9, and back when it is released. Then its wales are 7 % closer at an energy that
-  differs by 0.3 %. Its specimens were not run: the law of two strains takes about two hours on one core. A specimen
-  lies between both cells, so it would fail along the weft.
+  So clamps are not the cause. The authors report that the measured curves differ from their simulation too, by an
+  instability under compression. Along the weft they let no yarn slide between crossings. Sliding is a part of the
+  cause, more so at small forces: with an assumed friction coefficient of 0.3 the free cell reaches strains of 0.59 and
+  1.01 along the weft at 0.05 and 0.1 N/mm, in place of 0.87 and 1.22. Measured are 0.36 and 0.47. An independent
+  minimisation of the same energy without friction gives strains of 0.78 and 0.48 at 0.05 N/mm, free and of constant
+  width. Along the warp the free cell jumps to another state at a strain of 0.9, and back when it is released. Then its
+  wales are 7 % closer at an energy that differs by 0.3 %. Its specimens were not run: the law of two strains takes
+  about two hours on one core. Along the weft both cells are too soft, so a specimen between them would fail.
 - **Rib.** The free cell follows the measured curves, while specimens with clamps are too stiff. The authors fitted
   the diameters of the rib to a model without clamps. So the diameters probably compensate the clamps. The shear law
   of the specimens is not the cause: it bears 0.003 N/mm at 17°, a thirtieth of the tension.

@@ -133,7 +133,7 @@ class ContactTracker:
         self.contacts, self._spare, self.count = _empty_contacts(64, group), _empty_contacts(64, group), 0
         self._room = _pair_storage(64)
         self._order = np.zeros(n, np.int64)
-        self._since = np.zeros((3, n))
+        self._since = np.full((3, n), np.inf)
         self._reference, self._flexibility, self._motion = np.zeros((3, n)), np.zeros((4, 4)), np.zeros((2, 3, 4))
         self._stride, self._strain = max(n // FIT_NODES, 1), 0.0
         self._moved = np.zeros(n, np.bool_)
@@ -248,12 +248,12 @@ class ContactTracker:
     def update(self, ahead: float) -> tuple[float, float]:
         """Renew contacts whose skin could be used up within ``ahead`` [ms]; returns what :meth:`recover` does."""
         start = clock.perf_counter()
-        whole = self.group.images is None  # a cell is small, and its loops may snap: displacements stay absolute
-        if whole:
+        is_specimen = self.group.images is None  # a cell is small, and its loops may snap: displacements stay absolute
+        if is_specimen:
             search.fit_motion(self.nodes, self._reference, self._flexibility, self._stride, self._motion)
         if not np.isfinite(self._motion).all():  # of one node that is not finite: the others are still searched
             self._motion[:] = 0.0
-        limit = ((1.0 - STRAIN_SHARE) if whole else 1.0) * search.REACHED * CONTACT_SKIN
+        limit = ((1.0 - STRAIN_SHARE) if is_specimen else 1.0) * search.REACHED * CONTACT_SKIN
         count, farthest, self.speed = search.flag_deviating(
             self.nodes, self._reference, self._motion, self._since, ahead, limit, self._moved
         )  # fmt: skip
