@@ -257,7 +257,7 @@ def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen
     Fracture strain and amplitude are normal, slack is half-normal (the tautest yarn has none). ``uniform`` gives every
     yarn the mean fracture strain and the median slack. The same seed and specimen give the same bits.
     """
-    from scipy.stats import halfnorm, norm
+    from scipy.special import ndtri  # of the normal distribution; scipy.stats takes a second to load
 
     inlays = None if system == KNIT else fabric.inlays_of_system(system)
     yarn: Yarn = fabric.knitting if inlays is None else inlays.yarn
@@ -270,14 +270,14 @@ def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen
     rng = np.random.default_rng([variability.seed, specimen, _stream(fabric, system)])
     weakest = rng.random(n)
     if variability.mode == "uniform":
-        return YarnDraws(np.full(n, mean), np.full(n, slack * float(halfnorm.ppf(0.5))), np.ones(n), weakest)
+        return YarnDraws(np.full(n, mean), np.full(n, slack * float(ndtri(0.75))), np.ones(n), weakest)
     strength, looseness, wave = (_uniforms(variability.mode, n, rng) for _ in range(3))
     scattered = system == KNIT and fabric.knitting.loop_scatter == "courses"
-    loop = 1.0 + loop_scatter(fabric) * norm.ppf(_uniforms(variability.mode, n, rng)) if scattered else None
+    loop = 1.0 + loop_scatter(fabric) * ndtri(_uniforms(variability.mode, n, rng)) if scattered else None
     return YarnDraws(
-        mean * np.maximum(1.0 + relative * norm.ppf(strength), WEAKEST),
-        slack * halfnorm.ppf(looseness),
-        np.maximum(1.0 + amplitude * norm.ppf(wave), 0.0),
+        mean * np.maximum(1.0 + relative * ndtri(strength), WEAKEST),
+        slack * ndtri(0.5 * (1.0 + looseness)),
+        np.maximum(1.0 + amplitude * ndtri(wave), 0.0),
         weakest,
         loop,
     )
