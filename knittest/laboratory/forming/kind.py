@@ -82,7 +82,7 @@ KIND = TestKind(
     # the buckles by 3.9 %
     regression=Regression(
         runs=(
-            RegressionRuns(1, "quick", "meso", "quick", SHEETS, _SMALL, "40mm"),
+            RegressionRuns(1, "quick", "meso", "quick", SHEETS, _SMALL, "40mm", enlarges=True),
             RegressionRuns(1, "quick", "macro", "quick", SHEETS, _FREE, "150mm"),
             RegressionRuns(
                 1, "quick", "macro", "quick", (("1", None),), ("rig.blank_holder_force=100",), "100n", enlarges=True
