@@ -27,36 +27,23 @@ def _work(first, count, value, rate, w):
 
 
 @njit(**INLINE)
-def _push_guided(first, count, value, nodes, dof, push, gain, w):
-    """Add the force of a guide and return its work as :func:`_guided_work` does.
+def _guide_nodes(first, count, value, nodes, dof, force, push, gain, w):
+    """Work per time of a guide, ``value`` times the rates, and that of the share of the rates that damping takes.
 
-    The force is ``value`` times the sum of ``gain`` and ``push`` times the share that damping takes.
+    Where ``force`` is not None it receives the force of the guide: ``value`` times the sum of ``gain`` and ``push``
+    times the share that damping takes.
     """
-    rate, force, damping = nodes.velocity[dof], nodes.force[dof], nodes.damping_factor
-    clear_sums(w, U(0))
-    clear_sums(w, U(LANE_SUMS))
-    for block in range(0, count, LANE_SUMS):
-        for k in range(U(min(LANE_SUMS, count - block))):
-            i, damped_share = U(first + block) + k, 1.0 - damping[U(first + block) + k]
-            force[i] += value[U(block) + k] * (push * damped_share + gain)
-            work = value[U(block) + k] * rate[i]
-            w[k] += work
-            w[U(LANE_SUMS) + k] += work * damped_share
-    return total_of_sums(w, U(0)), total_of_sums(w, U(LANE_SUMS))
-
-
-@njit(**INLINE)
-def _guided_work(first, count, value, nodes, dof, w):
-    """:func:`_work`, and the same of the share of the rates that damping takes."""
     rate, damping = nodes.velocity[dof], nodes.damping_factor
     clear_sums(w, U(0))
     clear_sums(w, U(LANE_SUMS))
     for block in range(0, count, LANE_SUMS):
         for k in range(U(min(LANE_SUMS, count - block))):
-            i = U(first + block) + k
+            i, damped_share = U(first + block) + k, 1.0 - damping[U(first + block) + k]
+            if force is not None:
+                force[i] += value[U(block) + k] * (push * damped_share + gain)
             work = value[U(block) + k] * rate[i]
             w[k] += work
-            w[U(LANE_SUMS) + k] += work * (1.0 - damping[i])
+            w[U(LANE_SUMS) + k] += work * damped_share
     return total_of_sums(w, U(0)), total_of_sums(w, U(LANE_SUMS))
 
 
@@ -80,7 +67,7 @@ def apply_loads(partition, dt, nodes, loads, tables, tally, w):
         factor, value = present_load(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
             gain = _gain(dt, loads.table[run], tables)
-            moved, damped = _push_guided(first, count, value, nodes, dof, factor / dt, gain, w)
+            moved, damped = _guide_nodes(first, count, value, nodes, dof, nodes.force[dof], factor / dt, gain, w)
             work, guided = work + gain * moved, guided + factor * damped
         elif dof < 3:
             force = nodes.force[dof]
@@ -105,7 +92,7 @@ def book_loads(partition, dt, nodes, loads, tables, tally, w):
         first, count, dof = loads.node[run], loads.length[run], loads.dof[run]
         factor, value = present_load(1.0, loads.table[run], tables), loads.value[loads.at[run] :]
         if loads.guides[run] == 1:
-            moved, damped = _guided_work(first, count, value, nodes, dof, w)
+            moved, damped = _guide_nodes(first, count, value, nodes, dof, None, 0.0, 0.0, w)
             work += _gain(dt, loads.table[run], tables) * moved
             guided += factor * damped
         else:
