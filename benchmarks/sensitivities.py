@@ -138,7 +138,7 @@ def measured(folder: Path, test: str) -> pd.DataFrame:
         sweep = folder / f"{name}.yaml"
         sweep.write_text(yaml.safe_dump({"base": base_of(test), "points": points}, sort_keys=False))
         code = run(["batch", str(sweep), "--out", str(folder / name), "--workers", "1", "--threads", "1"])
-        if code not in (0, 3):  # 3: gates refused runs, whose numbers stand in brackets
+        if code not in (0, 3):  # 3: rejected runs, whose numbers stand in brackets
             raise SystemExit(code)
         tables.append(pd.read_csv(folder / name / "results.csv").sort_values("run"))
     return pd.concat(tables, ignore_index=True)
@@ -146,7 +146,7 @@ def measured(folder: Path, test: str) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Slope:
-    """d ln(result) / d ln(parameter) by two runs, and whether a gate ``refused`` one of them."""
+    """d ln(result) / d ln(parameter) by two runs, and whether one of them was rejected (``refused``)."""
 
     value: float
     refused: bool
@@ -189,7 +189,7 @@ def main(folder: Path, tests: list[str]) -> None:
 
 
 def _refused(found: pd.DataFrame) -> str:
-    """Words for the runs that gates refused or that have no result, and why."""
+    """Words for the runs that were rejected or that have no result, and why."""
     lost = found[found["status"] != "completed"]
     if lost.empty:
         return "none was rejected"

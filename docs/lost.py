@@ -24,7 +24,7 @@ def cause(reason: str) -> str:
 
 
 def causes(reason: str) -> list[str]:
-    """All causes of a lost run in a few words: every gate that it did not pass, or what went wrong on its way."""
+    """All causes of a lost run in a few words: quality checks that it did not pass, or what went wrong."""
     if IMAGES in reason:
         return ["yarns beyond their images"]
     parts = reason.split("; ")

@@ -153,7 +153,7 @@ class TestKind:
     origin: str = ""
 
     #: own quality checks by key, and rig fields on which a check depends, with the sign of the looser side
-    gates: tuple[str, ...] = ()
+    checks: tuple[str, ...] = ()
     hinges: Mapping[str, int] = field(default_factory=dict)
     #: ``module:name`` of own rules of advice by quality check
     advice: str = ""

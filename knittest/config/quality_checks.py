@@ -94,7 +94,7 @@ class SolverCheck:
     def applies(self, run: Run) -> bool:
         """Tell whether the check applies to ``run``."""
         if self.only == "own":
-            return self.key in kinds()[run.rig.kind].gates
+            return self.key in kinds()[run.rig.kind].checks
         return self.only in ("", run.model.scale)
 
 

@@ -48,7 +48,7 @@ def build_summary(
         "direction": run.direction,
         "status": "completed",
         "results": _fold_specimens(specimens),
-        "quality": {gate.key: getattr(quality, gate.key) for gate in SOLVER_CHECKS}
+        "quality": {check.key: getattr(quality, check.key) for check in SOLVER_CHECKS}
         | {"quasi_static": quality.quasi_static},
         "cost": {key: getattr(cost, key) for key in CostBlock.__annotations__},  # type: ignore[typeddict-item]
         "comparison": [] if quality.failures else [_fixed_keys(row) for row in comparison],

@@ -210,10 +210,10 @@ def _advise_more_rows(run: Run, prepared: PreparedSpecimen, history: History, co
     path whose rows are relaxed a strain near the one that it reached.
     """
     times, duration = history.energies["time_ms"], prepared.duration
-    judged = times[rows.stop - 1] - (times[rows.start - 1] if rows.start else 0.0)
+    covered = times[rows.stop - 1] - (times[rows.start - 1] if rows.start else 0.0)
     if prepared.rig.relaxed_rows and "strain_pct" in history.curve:  # the number of rows depends on the path alone
         return f"--set rig.max_strain={NEXT_STRAIN * float(history.curve['strain_pct'].max()):.2g}"
-    samples = int(np.ceil(1.5 * LEAST_ROWS * duration / judged))
+    samples = int(np.ceil(1.5 * LEAST_ROWS * duration / covered))
     most = duration / (prepared.model.chunk * cost.time_step)
     if samples <= most:
         return f"--set output.samples={samples}"

@@ -83,13 +83,13 @@ class QualityCheck:
 
 def energy_checks(run: Run) -> list[QualityCheck]:
     """Quality checks of every test that is integrated in time."""
-    return [energy_check(run, gate) for gate in quality_checks_of(run)]
+    return [energy_check(run, check) for check in quality_checks_of(run)]
 
 
-def energy_check(run: Run, gate: SolverCheck) -> QualityCheck:
+def energy_check(run: Run, check: SolverCheck) -> QualityCheck:
     """Quality check with its limit in ``run``."""
-    limit, field = getattr(run.solver, gate.limit), f"solver.{gate.limit}"
-    return QualityCheck(gate.label, "quality", gate.key, limit, scale=gate.scale, field=field)
+    limit, field = getattr(run.solver, check.limit), f"solver.{check.limit}"
+    return QualityCheck(check.label, "quality", check.key, limit, scale=check.scale, field=field)
 
 
 class Report(Protocol[RunT]):
@@ -103,7 +103,7 @@ class Report(Protocol[RunT]):
         """Horizontal lines of the curve's picture: none by default."""
         return []
 
-    def gates(self, run: RunT) -> list[QualityCheck]:
+    def quality_checks(self, run: RunT) -> list[QualityCheck]:
         """Limits above which a run is not compared: by default those of every test in time."""
         return energy_checks(run)
 

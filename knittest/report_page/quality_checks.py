@@ -32,7 +32,8 @@ def quality_section(run: LoadedRun) -> Section:
         }  # fmt: skip
         presets = {limit.name: limit.preset for limit in summary.limits}
         rows = [
-            _check_row(gate, _number(parts[gate.part].get(gate.key)), presets) for gate in run.report.gates(run.run)
+            _check_row(check, _number(parts[check.part].get(check.key)), presets)
+            for check in run.report.quality_checks(run.run)
         ]
         caption = "Quality checks: a run that fails one is not compared with the experiment"
         blocks.append(Table(caption, ("check", "value", "limit", "verdict"), rows, (1, 2)))
@@ -53,16 +54,16 @@ def quality_section(run: LoadedRun) -> Section:
     return Section(f"run-{run.number}-gates", "Quality checks and energies", blocks)
 
 
-def _check_row(gate: QualityCheck, value: float | None, presets: Mapping[str, Number]) -> tuple[Cell, ...]:
+def _check_row(check: QualityCheck, value: float | None, presets: Mapping[str, Number]) -> tuple[Cell, ...]:
     """Row of a check; ``presets`` are the limits of the preset, by field, where the run has relaxed limits."""
-    preset = presets.get(gate.field)
-    relaxed = f" (preset {preset:g} {gate.unit})" if preset is not None else ""
-    limit = Cell(f"{gate.limit:g} {gate.unit}{relaxed}", gate.limit, tone="warn" if relaxed else "")
+    preset = presets.get(check.field)
+    relaxed = f" (preset {preset:g} {check.unit})" if preset is not None else ""
+    limit = Cell(f"{check.limit:g} {check.unit}{relaxed}", check.limit, tone="warn" if relaxed else "")
     if value is None or not math.isfinite(value):
-        return Cell(gate.label), Cell("-"), limit, Cell("not measured", tone="warn")
-    value *= gate.scale
-    verdict = Cell("pass", tone="good") if value <= gate.limit else Cell("FAIL", tone="bad")
-    return Cell(gate.label), Cell(f"{value:.3g} {gate.unit}", value), limit, verdict
+        return Cell(check.label), Cell("-"), limit, Cell("not measured", tone="warn")
+    value *= check.scale
+    verdict = Cell("pass", tone="good") if value <= check.limit else Cell("FAIL", tone="bad")
+    return Cell(check.label), Cell(f"{value:.3g} {check.unit}", value), limit, verdict
 
 
 def _number(value: Value) -> float | None:

@@ -61,9 +61,9 @@ def execute(
                         ahead(run, opened, progress)
                     specimens = [_finished_specimen(run, k, opened, progress) for k in range(run.variability.specimens)]
                 progress.finish()
-                judgement = compare_run(run, specimens, references, opened.folder.forced_changes)
-                write_files(run, specimens, references, judgement, opened.folder, options)
-            refused = judgement.quality.failures
+                compared = compare_run(run, specimens, references, opened.folder.forced_changes)
+                write_files(run, specimens, references, compared, opened.folder, options)
+            refused = compared.quality.failures
             if refused:
                 opened.folder.finish("completed", EXIT_REJECTED, f"{NOT_COMPARED}: {'; '.join(refused)}")
     except NumericalError as error:
@@ -72,7 +72,7 @@ def execute(
         raise
     if options.pictures:
         write_if_possible(opened.folder.path, write_report)
-    return Outcome(run, opened.folder.path, judgement.summary, judgement.quality, judgement.own)
+    return Outcome(run, opened.folder.path, compared.summary, compared.quality, compared.own)
 
 
 def execute_specimen(run: Run, number: int, folder: Path, interrupts: Interrupts, log: Log, progress: Progress) -> None:

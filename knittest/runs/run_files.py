@@ -116,7 +116,7 @@ def write_files(
     run: Run,
     specimens: list[Specimen],
     references: References,
-    judgement: ComparedRun,
+    compared: ComparedRun,
     folder: RunFolder,
     options: RunOptions,
 ) -> None:
@@ -126,10 +126,10 @@ def write_files(
     for name, columns in report.tables(run, specimens).items():
         folder.write_table(name, columns)
     if options.pictures:
-        with use_stamp(run_stamp(run, judgement.summary["refused"])), use_printing(options.printing):
+        with use_stamp(run_stamp(run, compared.summary["refused"])), use_printing(options.printing):
             report.pictures(run, specimens, references, folder.path)
-    folder.write_json("comparison.json", judgement.comparison)
-    folder.write_json("summary.json", judgement.summary)
+    folder.write_json("comparison.json", compared.comparison)
+    folder.write_json("summary.json", compared.summary)
 
 
 def _write_tables(run: Run, specimens: list[Specimen], folder: RunFolder, options: RunOptions) -> None:

@@ -124,13 +124,13 @@ class CantileverReport(SizeFreeReport[CantileverRun], FabricReport[CantileverRun
         """Residual of equilibrium."""
         return [Level(_tolerance(run), "equilibrium: smaller residual")]
 
-    def gates(self, run: CantileverRun) -> list[QualityCheck]:
+    def quality_checks(self, run: CantileverRun) -> list[QualityCheck]:
         """Limits of residual, root moment, and hourglass energy."""
         unit = "of the deflection" if run.model.scale == "meso" else "of the weight"
         return [
             QualityCheck("residual at rest", "results", "residual", _tolerance(run), unit=unit),
             QualityCheck("root moment off weight", "results", "moment_error_pct", 100.0 * MOMENT_TOLERANCE),
-            *(energy_check(run, gate) for gate in (HOURGLASS,) if gate.applies(run)),
+            *(energy_check(run, check) for check in (HOURGLASS,) if check.applies(run)),
         ]
 
     def scaled(self, run: CantileverRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:

@@ -290,11 +290,11 @@ class Cell(FabricTest[CellRun]):
         if run.is_relaxed:  # energies verify the whole path: the first loops that move do so under hardly any work
             energies = history.energies
             all_of_it = max(float(energies["energy_input_mj"][-1]), LEAST_WORK)
-            judged = {
+            evaluated = {
                 "energy_input_mj": np.full_like(energies["energy_input_mj"], all_of_it),
                 "energy_error": np.abs(energies["balance_error_mj"]) / all_of_it,
             }
-            history = replace(history, energies=energies | judged)
+            history = replace(history, energies=energies | evaluated)
         quality = assess(run, prepared, history, cost, checked_span(run, history))
         if fault := unsettled_rows(run, history):
             quality = quality.with_failed_check(fault)

@@ -22,10 +22,10 @@ class CompactionReport(SizeFreeReport[CompactionRun], FabricReport[CompactionRun
     )  # fmt: skip
     placement_facts = ("lower_plate_mm", "upper_plate_mm")
 
-    def gates(self, run: CompactionRun) -> list[QualityCheck]:
+    def quality_checks(self, run: CompactionRun) -> list[QualityCheck]:
         """Standard checks, and those of the plates."""
         return [
-            *super().gates(run),
+            *super().quality_checks(run),
             QualityCheck("difference of the plates' forces", "results", "plate_difference_pct", UNEVEN_TOLERANCE),
             QualityCheck("penetration of the plates over their travel", "results", "plate_sunk_pct", SUNK_TOLERANCE),
         ]

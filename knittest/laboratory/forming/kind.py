@@ -75,7 +75,7 @@ KIND = TestKind(
         ),
     },
     origin="knittest.laboratory.forming.config:FormingOrigin",
-    gates=("drag_over_weight",),
+    checks=("drag_over_weight",),
     advice="knittest.laboratory.forming.rig:ADVICE",
     hinges={"membrane_share": -1},
     # without a stored scatter: an unevenness changed by 2e-9 of itself changes numbers by 1.7 %, the curve by 0.8 % and

@@ -39,11 +39,11 @@ class FormingReport(SizeFreeReport[FormingRun], FabricReport[FormingRun]):
         force = run.rig.blank_holder_force
         return [Level(force, f"force on the blank holder: {force:g} N")] if force > 0.0 else []
 
-    def gates(self, run: FormingRun) -> list[QualityCheck]:
+    def quality_checks(self, run: FormingRun) -> list[QualityCheck]:
         """Standard checks, and the penetration of tools."""
         limit = allowed_depth(run)
         depth = QualityCheck("deepest penetration of a tool", "results", "tool_penetration_max_um", limit, unit="um")
-        return [*super().gates(run), depth]
+        return [*super().quality_checks(run), depth]
 
     def tables(self, run: FormingRun, specimens: list[Specimen]) -> dict[str, Columns]:
         """draw-in.csv, yarn-forces.csv, shear-field.csv, height-field.csv and stamp-work.csv of the first specimen."""

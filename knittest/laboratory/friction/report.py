@@ -117,10 +117,10 @@ class FrictionReport(SizeFreeReport[FrictionRun], FabricReport[FrictionRun]):
             Level(2.0 * mu * force, f"two faces, {name}: 2 x {mu:.4g} x {force:g} N") for name, mu in by_name.items()
         ]
 
-    def gates(self, run: FrictionRun) -> list[QualityCheck]:
+    def quality_checks(self, run: FrictionRun) -> list[QualityCheck]:
         """Standard checks, normal force and penetration of the plates."""
         return [
-            *super().gates(run),
+            *super().quality_checks(run),
             QualityCheck("normal force off", "results", "normal_force_error_pct", FORCE_TOLERANCE),
             QualityCheck(
                 "plate penetration over element deformation", "results", "penetration_over_deformation_pct",

@@ -194,10 +194,10 @@ class PictureFrame(FabricTest[PictureFrameRun]):
         rig, mass = prepared.rig, prepared.model.mass
         assert isinstance(rig, PictureFrameTest)
 
-        def judged(state: Simulation, energies: dict[str, Array]) -> dict[str, Array]:
+        def evaluated(state: Simulation, energies: dict[str, Array]) -> dict[str, Array]:
             return _own_energies(rig, energies, mass, state.frames[0].position)
 
-        return make_row_check(run, prepared.restarts, "frame_shear_angle_deg", ANGLES[0] - NEAR, judged)
+        return make_row_check(run, prepared.restarts, "frame_shear_angle_deg", ANGLES[0] - NEAR, evaluated)
 
     def results(self, run: PictureFrameRun, prepared: PreparedSpecimen, history: History) -> dict[str, float]:
         """Forces at the angles, onset of wrinkles, wrinkles and shear of the material at 40 deg, cycles."""

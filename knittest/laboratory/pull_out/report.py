@@ -140,10 +140,10 @@ class PullOutReport(SizeFreeReport[PullOutRun], FabricReport[PullOutRun]):
             raise InputError(f"{curve.file or curve.source}: {reason}")
         return scale_curve_to_length(run, super().scale_curve(run, curve))
 
-    def gates(self, run: PullOutRun) -> list[QualityCheck]:
+    def quality_checks(self, run: PullOutRun) -> list[QualityCheck]:
         """Standard checks, and the balance of the clamps."""
         return [
-            *super().gates(run),
+            *super().quality_checks(run),
             QualityCheck("difference of the clamps", "results", "clamp_difference_pct", UNBALANCED),
         ]
 

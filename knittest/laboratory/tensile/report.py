@@ -45,10 +45,10 @@ class TensileReport(FabricReport[TensileRun]):
     )
     placement_facts = STRIP_JAWS
 
-    def gates(self, run: TensileRun) -> list[QualityCheck]:
+    def quality_checks(self, run: TensileRun) -> list[QualityCheck]:
         """Standard checks, and of a macro model the uncertainty of the peak in time."""
         own = [QualityCheck("peak uncertain in time", "results", "peak_time_error_pct", PEAK_TIME_LIMIT)]
-        return super().gates(run) + (own if run.model.scale == "macro" else [])
+        return super().quality_checks(run) + (own if run.model.scale == "macro" else [])
 
     def scaled(self, run: TensileRun, rows: Sequence[PublishedValue]) -> list[PublishedValue]:
         """Scale forces to the width of the run, and those of whole yarns to that width."""

@@ -101,7 +101,7 @@ def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options:
         TrialRunner(folder, pool, limit=limit, watch=view.watch) as runner,
     ):
         evaluator = Evaluator(problem, runner, tell, view.ended)
-        failure, judgement = "", None
+        failure, estimates = "", None
         try:
             search(evaluator)
         except (NumericalError, RunLimitReached) as error:
@@ -109,10 +109,10 @@ def _search(problem: Problem, search: Search, pool: Pool, folder: Path, options:
         best = best_of(problem.parameters, evaluator.history)
         if best is not None and not failure:
             try:
-                judgement = estimate_parameters(evaluator, best)
+                estimates = estimate_parameters(evaluator, best)
             except (NumericalError, RunLimitReached) as error:
                 failure = f"the uncertainty of the parameters could not be estimated: {error}"
-        return Outcome(problem, evaluator.history, best, judgement, failure)
+        return Outcome(problem, evaluator.history, best, estimates, failure)
 
 
 def _line(problem: Problem, evaluation: Evaluation) -> str:

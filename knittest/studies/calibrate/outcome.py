@@ -199,8 +199,9 @@ class Calibration(BaseModel):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Points of the search in ``history``, the ``best`` one and its judgement; ``failure`` says why there is no valid
-    result, and is empty where there is one.
+    """Points of the search in ``history``, the ``best`` one and the ``estimates`` there.
+
+    ``failure`` says why there is no valid result, and is empty where there is one.
     """
 
     problem: Problem

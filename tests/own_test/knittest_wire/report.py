@@ -30,7 +30,7 @@ class WireReport(SizeFreeReport):
         """Hooke's force at the end."""
         return [Level(0.01 * run.rig.max_strain * run.rig.stiffness, "EA times strain")]
 
-    def gates(self, run: WireRun) -> list[QualityCheck]:
+    def quality_checks(self, run: WireRun) -> list[QualityCheck]:
         """Standard gates."""
         return energy_checks(run)
 
