@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 from knittest.base.arrays import Array
 from knittest.base.machine import processor_ticks, steal_share
@@ -16,7 +17,7 @@ from knittest.kernels.contact_blocks import scatter_contacts
 from knittest.kernels.explicit import SCRATCH, apply_outside_forces, contact_share
 from knittest.kernels.state import Contacts, Drive, Tally
 from knittest.kernels.threading import best_threads
-from knittest.kernels.vec import PARTITIONS
+from knittest.kernels.vec import ALLOCATING, PARTITIONS, U, rows4
 from knittest.models.boundary import Boundary, new_tally
 from knittest.models.contact_tracker import OF_CONTACTS
 from knittest.models.explicit_model import ExplicitModel
@@ -117,12 +118,19 @@ SWEEPS: dict[str, tuple[str, str]] = {
     ),
 }  # fmt: skip
 
+#: sums, products, quotients and roots of a contact, of a contact that presses on both its yarns, and of a beam with one
+#: hinge; counted by ``tests/unit/test_bench_operations.py``
+OPERATIONS = {"contacts": 670, "contact forces to nodes": 118, "beams, integration": 242}
+#: products and sums in a row of the loop that measures the speed of arithmetic
+IN_A_ROW = 16
+
 
 def sweep_lines(run: Run) -> Iterator[str]:
-    """Time of each sweep of a step of yarns on one thread, the memory that it moves, and the cost of contacts by class.
+    """Time of each sweep of a step of yarns on one thread, its rooflines, and the cost of contacts by class.
 
-    The last column is the share of the speed at which memory of the same size is copied: of the roofline of a sweep
-    that waits for memory alone.
+    The last two columns are the shares of two rooflines: of the speed at which memory of the same size is copied, and
+    of the speed at which this processor multiplies and adds numbers that it holds (Williams, Waterman and Patterson
+    2009, Communications of the ACM 52, 65). Tools and loads have no number of operations.
     """
     import numba
 
@@ -132,13 +140,20 @@ def sweep_lines(run: Run) -> Iterator[str]:
     numba.set_num_threads(1)
     found.advance()
     sizes = _array_sizes(model)
-    copied = _copy_speed(sum(sizes.values()))
-    yield f"{'sweep':<26}{'us/step':>10}{'ns/element':>13}{'GB/s':>8}{'of copying':>13}"
+    copied, computed = _copy_speed(sum(sizes.values())), _arithmetic_speed()
+    pressing = int((model.tracker.contacts.force[:, : found.contacts] != 0.0).any(axis=0).sum())
+    numbers = dict(zip(OPERATIONS, (found.contacts, pressing, found.elements), strict=True))
+    heads = (f"{'us/step':>10}", f"{'ns/element':>13}", f"{'GB/s':>8}", f"{'of copying':>13}", f"{'of arithmetic':>15}")
+    yield "".join((f"{'sweep':<26}", *heads))
     for (name, (reads, writes)), call in zip(SWEEPS.items(), _sweep_calls(found, model), strict=True):
         seconds = _own_time(call)
         moved = sum(sizes[one] for one in (*reads.split(), *writes.split()))
         rate, each = moved / seconds if seconds > 0.0 else 0.0, 1e9 * seconds / found.elements
-        yield f"{name:<26}{1e6 * seconds:>10.1f}{each:>13.2f}{1e-9 * rate:>8.1f}{100.0 * rate / copied:>11.0f} %"
+        share = "-"
+        if name in OPERATIONS and seconds > 0.0:
+            share = f"{100.0 * OPERATIONS[name] * numbers[name] / seconds / computed:.0f} %"
+        of_copying = f"{100.0 * rate / copied:.0f} %"
+        yield f"{name:<26}{1e6 * seconds:>10.1f}{each:>13.2f}{1e-9 * rate:>8.1f}{of_copying:>13}{share:>15}"
     yield from _class_lines(found, model)
 
 
@@ -202,6 +217,25 @@ def _copy_speed(size: int) -> float:
     source = np.ones(size // 16)
     target = np.zeros_like(source)
     return 2 * source.nbytes / _median_time(lambda: np.copyto(target, source))
+
+
+@njit(**{**ALLOCATING, "cache": False})
+def _multiply_and_add(rows: Array, factor: float, term: float, times: int) -> None:
+    """Replace the numbers of four rows by ``factor`` times them plus ``term``, IN_A_ROW times, all of it ``times``."""
+    first, second, third, fourth = rows4(rows)
+    for _ in range(times):
+        for k in range(U(first.size)):
+            a, b, c, d = first[k], second[k], third[k], fourth[k]
+            for _ in range(IN_A_ROW):
+                a, b, c, d = a * factor + term, b * factor + term, c * factor + term, d * factor + term
+            first[k], second[k], third[k], fourth[k] = a, b, c, d
+
+
+def _arithmetic_speed() -> float:
+    """Products and sums in a second of numbers that the processor holds, four independent ones at a time."""
+    rows, times = np.ones((4, 64)), 2000
+    seconds = _median_time(lambda: _multiply_and_add(rows, 0.999, 0.001, times))
+    return 2.0 * rows.size * IN_A_ROW * times / seconds
 
 
 def _class_lines(found: Stepping, model: YarnModel) -> Iterator[str]:
