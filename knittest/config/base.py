@@ -222,6 +222,10 @@ class PerDirection(Strict):
         return {"warp": self.warp, "weft": self.weft}[direction]
 
 
+#: first letter of the name of one of several forms of a field, which is no part of its path
+FORM = "$"
+
+
 class BoundsError(ValueError):
     """Error of a number outside its bounds; ``part`` is the direction or field inside, if any."""
 

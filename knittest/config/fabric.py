@@ -4,9 +4,10 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Self
 
-from pydantic import Field, ValidationError, WrapValidator, model_validator
+from pydantic import Discriminator, Field, Tag, ValidationError, WrapValidator, model_validator
 
 from knittest.config.base import (
+    FORM,
     BoundsError,
     DirectionalNumber,
     Kernel,
@@ -62,6 +63,22 @@ class TensionPoints(Strict):
         return self
 
 
+def _tension_form(value: object) -> str | None:
+    if isinstance(value, str):
+        return f"{FORM}CSV"
+    return f"{FORM}points" if isinstance(value, Mapping | TensionPoints) else None
+
+
+#: curve of one direction: a CSV, or points
+TensionCurve = Annotated[
+    Annotated[str, Tag(f"{FORM}CSV")] | Annotated[TensionPoints, Tag(f"{FORM}points")],
+    Discriminator(
+        _tension_form, "tension_form",
+        "expected a CSV, or a mapping such as {points: [[0, 0], [1, 50]], source: assumed}",
+    ),
+]  # fmt: skip
+
+
 class BiaxialCurves(Strict):
     """Tension of both directions of the macro model over both strains, for fabrics whose directions pull each other."""
 
@@ -87,7 +104,7 @@ class BiaxialCurves(Strict):
 class MacroMaterial(Strict):
     """Macro material card (shell elements); missing parts are derived from the yarns when a run needs them."""
 
-    tension: Annotated[dict[Direction, str | TensionPoints], Absent] = _optional_quantity(
+    tension: Annotated[dict[Direction, TensionCurve], Absent] = _optional_quantity(
         "tension curve per direction: points, or a CSV in ./data or the shipped data (strain_pct, force_n_per_mm; or "
         "force_n and a line # strip_width_mm: ...); none: derived from the yarns"
     )

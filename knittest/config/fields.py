@@ -2,7 +2,7 @@
 
 import difflib
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, get_args, get_origin
 
@@ -16,11 +16,15 @@ from knittest.config.yaml_loader import KeyPath
 
 @dataclass(frozen=True)
 class ConfigField:
-    """Field of a config: its model, if it has one, its description, and ``meta``, as :func:`field_meta` has it."""
+    """Field of a config: its model, if it has one, its description, and ``meta``, as :func:`field_meta` has it.
+
+    The model is that of the entries if the field ``is_map`` from names, such as directions, to models.
+    """
 
     model: type[BaseModel] | None
     description: str
     meta: dict[str, Any] = field(default_factory=dict)
+    is_map: bool = False
 
     @property
     def unit(self) -> str:
@@ -44,13 +48,18 @@ def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
     for part in path:
         if str(part).isdigit() and here.model is not None:  # a model in a list
             continue
+        if here.is_map:
+            here = replace(here, is_map=False)
+            continue
         if here.model is None or part not in here.model.model_fields:
             return None
         info = here.model.model_fields[str(part)]
         meta = field_meta(here.model, str(part))
         if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry unit and bounds of their holder
             meta = {"unit": here.unit} if part == "sd" else here.meta
-        here = ConfigField(model_of(info.annotation, contained=True), info.description or here.description, meta)
+        model = model_of(info.annotation, contained=True)
+        origins = {get_origin(one) for one in (info.annotation, *get_args(info.annotation))}
+        here = ConfigField(model, info.description or here.description, meta, model is not None and dict in origins)
     return here
 
 

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.base import BoundsError, check_bounds, convert_to_field_unit
+from knittest.config.base import FORM, BoundsError, check_bounds, convert_to_field_unit
 from knittest.config.fields import ConfigField, all_paths, field_at, most_similar_name
 from knittest.config.settings import Layers
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
@@ -63,7 +63,7 @@ def unknown_name_text(name: str, names: list[str], kind: str = "field") -> str:
 
 
 def _finding_line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
-    path: KeyPath = tuple(part for part in item["loc"] if part != "[key]")
+    path: KeyPath = tuple(part for part in item["loc"] if part != "[key]" and not str(part).startswith(FORM))
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
         path = (*path, *(int(part) if part.isdigit() else part for part in cause.part.split(".")))

@@ -72,11 +72,13 @@ def field_lines(name: str) -> list[str]:
     }
     part = r"(\.(value|sd|source|ref))?"
     named = {field: tests for field, tests in found.items() if re.fullmatch(patterns[field] + part, name)}
+    fields = {field.path: field for field in found if field.path.startswith(f"{name}.")}
+    below = [f"{path}{_unit(field)}: {field.text}" for path, field in fields.items()]
     if named:
-        return [line for field, tests in named.items() for line in [*_explain(field, tests), ""]][:-1]
-    below = {field.path: field for field in found if field.path.startswith(f"{name}.")}
+        lines = [line for field, tests in named.items() for line in [*_explain(field, tests), ""]]
+        return [*lines, *below] if below else lines[:-1]
     if below:
-        return [f"{path}{_unit(field)}: {field.text}" for path, field in below.items()]
+        return below
     paths = list(dict.fromkeys(field.path for field in found))
     ends = [path for path in paths if path.endswith(f".{name}")]
     if not ends and (present := present_fields(name)):
@@ -162,7 +164,7 @@ def _is_text_or_model(annotation: Any) -> bool:
     """Tell whether each entry of a map is a text or a model."""
     inner = get_args(annotation)
     if get_origin(annotation) is dict:
-        return str in get_args(inner[1])
+        return WORDS[str] in _type(inner[1]).split()
     return get_origin(annotation) is Annotated and _is_text_or_model(inner[0])
 
 

@@ -71,6 +71,9 @@ def test_rig_file(tmp_path, text, expected):
     assert expected in refused_rig(tmp_path, text)
 
 
+CURVE = "pham2019/curves/tensile-v1-warp.csv"
+
+
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
@@ -109,6 +112,9 @@ def test_rig_file(tmp_path, text, expected):
             "  law: {kind: table, points: [[0, 0], [1, true]]}",
             "points[1][1] = true: expected a num",
         ),
+        (CURVE, "[[0, 0], [60, 2]]", "tension.warp = [[0, 0], [60, 2]]: expected a CSV, or a mapping such as {points: "),
+        (CURVE, "{points: [[0, 0], [2, 6], [1, 8]], source: user}", "tension.warp.points = [[0, 0], [2, 6], [1, 8]]: str"),
+        (CURVE, "{points: [[0, 0], [2, 6]], sorce: user}", 'tension.warp.sorce: unknown field (did you mean "source"?)'),
         ("as-measured: {}", "as-measured: 3", "as-measured: expected a mapping of fabric fields, found 3"),
     ],
 )
@@ -136,11 +142,10 @@ def test_all_findings_come_in_one_message(tmp_path):
 def test_a_curve_is_a_file_in_its_folders(tmp_path, target, expected):
     (tmp_path / "link.csv").symlink_to("/etc/passwd")
     (tmp_path / "folder.csv").mkdir()
-    curve = "pham2019/curves/tensile-v1-warp.csv"
-    message = refused_fabric(tmp_path, curve, target)
+    message = refused_fabric(tmp_path, CURVE, target)
     assert expected in message
     if expected == "expected a path in":
-        assert f"fabric.yaml:{line_of(curve)}: fabric.macro.tension.warp = {target!r}: expected a path in" in message
+        assert f"fabric.yaml:{line_of(CURVE)}: fabric.macro.tension.warp = {target!r}: expected a path in" in message
 
 
 @pytest.mark.parametrize("name", ["../configs/x", "a/b", "", "x" * 60, "<b>", "a\0b"])
