@@ -170,7 +170,9 @@ class Recording:
             quantity = "strain" if is_strain else quantities[0]
             first, *more = lab_units.QUANTITIES[quantity]
             raise InputError(f"{where} has no unit of {quantity}; write '{name} [{first}]', or {', '.join(more)}")
-        unit = unit or str(entry["unit"])
+        if not unit:
+            unit = str(entry["unit"])
+            self.notes.append(f"column {name!r} has no unit: taken as {unit}")
         return unit, units[unit]
 
 

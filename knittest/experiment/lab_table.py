@@ -258,6 +258,7 @@ def _split_blocks(
             left.append((line, cells))
         else:
             blocks.append([])
+            left.append((line, cells))
     for block in blocks if 0 in needed else ():  # labels below the last row of numbers
         while len(block) > 1 < len(block[-1][1]) and has_number(cell := block[-1][1][0]) and not NUMBER.match(cell):
             left.append(block.pop())

@@ -191,3 +191,21 @@ def test_who_says_tensile_is_believed(tmp_path, capsys):
     given = ["data", "stats", str(path), "--gauge-length", "200"]
     assert run(given) == 2 and "looks like a friction test" in capsys.readouterr().err
     assert run([*given, "--test", "tensile"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "row", "note"),
+    [
+        ("force [N]", "abc;x", "line 8 skipped: 'abc;x'"),
+        ("load", "1.25,60", "column 'load' has no unit: taken as N"),
+        ("force [N]", "1.25,60", None),
+    ],
+)
+def test_what_is_left_out_or_assumed_is_said(tmp_path, name, row, note):
+    """A row without numbers between rows of numbers, and a force without a unit, do not pass without a word."""
+    path = tmp_path / "s1.csv"
+    points = ["0,0", "0.5,10", "1,40", row, "1.5,90", "2,160"]
+    path.write_text("\n".join(["strip width [mm],50", "gauge length [mm],200", "", f"strain [%],{name}", *points]))
+    (one,) = read_lab(path)
+    assert one.force[-1] == 160.0
+    assert [text for text in one.notes if "skipped" in text or "unit" in text] == ([note] if note else [])
