@@ -52,8 +52,18 @@ def _follows_from_yarns(item: Mapping[str, Any], layers: Layers) -> bool:
 
 
 def _describes_yarns(fabric: object) -> bool:
-    """Tell whether a ``fabric`` as a file states it names the fibre of its loops."""
-    return isinstance(fabric, Mapping) and isinstance(loop := fabric.get("knitting"), Mapping) and "fibre" in loop
+    """Tell whether a ``fabric`` as a file states it names the fibre of its loops, in whatever form."""
+    loop = fabric.get("knitting") if isinstance(fabric, Mapping) else None
+    return "fibre" in loop if isinstance(loop, Mapping) else loop is not None
+
+
+def _yarns_instead(item: Mapping[str, Any]) -> str:
+    """Advice on a missing number of a fabric that follows from its loop length and yarns, without one of these."""
+    fabric, needed = item["input"], ("loop_length", "knitting")
+    if item["loc"][-1] not in FROM_YARNS or not isinstance(fabric, Mapping):
+        return ""
+    lacking = [name for name in needed if name not in fabric]
+    return f"; with {' and '.join(lacking)} it follows from the yarns" if len(lacking) == 1 else ""
 
 
 def unknown_name_text(name: str, names: list[str], kind: str = "field") -> str:
@@ -71,6 +81,7 @@ def _finding_line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
     if item["type"] == "missing":
         field = field_at(path, kind)
         what = f"missing: {_append_unit(field.description, field) if field else 'the field is required'}"
+        what += _yarns_instead(item)
     elif item["type"] == "extra_forbidden":
         what = _unknown_field_text(path, kind)
     elif "[key]" in item["loc"]:
@@ -104,6 +115,8 @@ def _expectation(item: Mapping[str, Any], value: object, field: ConfigField | No
         return str(context["error"])
     if kind in _NUMBER_TYPES or (kind == "model_type" and field and field.is_quantity):
         return _number_expectation("whole number" if kind.startswith("int") else "number", value, field)
+    if kind == "model_type" and field and "fibre" in field.names:
+        return f"expected a mapping such as {{fibre: E-glass, linear_density: 50 tex}}, found {describe(value)}"
     if kind == "model_type":
         return f"expected a mapping with {', '.join(field.names) if field else 'fields'}, found {describe(value)}"
     if kind == "literal_error":
@@ -111,6 +124,8 @@ def _expectation(item: Mapping[str, Any], value: object, field: ConfigField | No
     if kind == "list_type":
         entry = f"{{{field.names[0]}: ...}}" if field and field.names else value if isinstance(value, str) else "..."
         return f"expected a list, such as [{entry}], found {describe(value)}"
+    if kind == "tuple_type":
+        return f"expected a list of numbers in brackets, found {describe(value)}"
     if kind == "string_type":
         return f"expected text, found {describe(value)} (put text in quotes)"
     if kind == "string_pattern_mismatch":

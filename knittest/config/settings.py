@@ -100,6 +100,7 @@ def parse_set(text: str) -> Setting:
 def lay_setting(layers: Layers, setting: Setting) -> None:
     """Lay one setting over ``layers``: a number becomes ``source: user`` with its old sd, null removes a quantity."""
     path, value = _path_in_lists(layers, setting), setting.value
+    _check_own_yarn(layers, path, setting.place)
     kind = layers.get(("rig", "kind"))
     field = field_at(path, kind)
     if field and field.is_quantity and not isinstance(value, dict):
@@ -128,6 +129,17 @@ def _path_in_lists(layers: Layers, setting: Setting) -> KeyPath:
             raise InputError(f"{setting.place}: {dotted_path(path)} is not given as a list; expected it in the file")
         path = (*path, part)
     return path
+
+
+def _check_own_yarn(layers: Layers, path: KeyPath, place: str) -> None:
+    """Raise :class:`InputError` for one number of the yarn of a layer that has no yarn of its own."""
+    if path[:2] == ("fabric", "layers") and path[3:4] == ("yarn",) and len(path) > 4 and not layers.get(path[:4]):
+        rest = ".".join(map(str, path[4:]))
+        if path[4] not in ("fibre", "linear_density"):  # from which a yarn can be derived
+            raise InputError(
+                f"{place}: layer {path[2]} has no yarn of its own but consists of reinforcing; set "
+                f"fabric.reinforcing.{rest}, or give the layer a yarn in the fabric file"
+            )
 
 
 def refuse_contradictions(options: list[Setting], sets: list[Setting]) -> None:

@@ -95,8 +95,8 @@ def grid_of(rows: list[str]) -> tuple[tuple[int, ...], ...]:
             raise BoundsError(f"{strange[0]!r} is no stitch: expected k (knit) or p (purl)", f"stitches.{number}")
         if len(row) != len(rows[0]) or not row:
             raise BoundsError(
-                f"has {len(row)} stitches and the first course {len(rows[0])}: expected courses of equal length, at "
-                "least 1",
+                f"has length {len(row)} and the first course length {len(rows[0])}: expected courses of equal "
+                "length, at least 1",
                 f"stitches.{number}",
             )
     if not rows:

@@ -225,7 +225,9 @@ def _linear_density(card: Mapping[str, Any]) -> dict[str, Any]:
     if not isinstance(text, str):
         return {}
     if not (found := _TEX.match(text)):
-        raise BoundsError("expected a number in tex, or plies such as 4 x 300 tex", "linear_density")
+        raise BoundsError(
+            "expected a number in tex, a text in tex or dtex, or plies such as 4 x 300 tex", "linear_density"
+        )
     plies, each, unit = found.groups()
     value = int(plies or 1) * float(each) * (0.1 if (unit or "").lower() == "dtex" else 1.0)
     rest = entry if isinstance(entry, Mapping) else {"source": "user"}

@@ -87,10 +87,13 @@ def check_curve_strength(fabric: Fabric, curves: Mapping[Direction, ReferenceCur
     most = TENACITY * fabric.area_mass.value  # g/m2 are tex a mm of width
     for direction, curve in curves.items():
         if (top := float(np.max(curve.mean))) > most:
+            file, remedy = "", "divide it by the width"
+            if curve.file:
+                file, remedy = f" ({curve.file})", "name the column force_n and add a line # strip_width_mm: ..."
             raise InputError(
-                f"fabric {fabric.name}, macro.tension.{direction} ({curve.file}): {top:.4g} N/mm at area_mass = "
+                f"fabric {fabric.name}, macro.tension.{direction}{file}: {top:.4g} N/mm at area_mass = "
                 f"{fabric.area_mass.value:g} g/m2 exceeds the strength of fibres ({TENACITY:g} N/tex: {most:.4g} N/mm)."
-                " If it is the force of a whole strip, name the column force_n and add a line # strip_width_mm: ..."
+                f" If it is the force of a whole strip, {remedy}"
             )
 
 

@@ -112,9 +112,21 @@ CURVE = "pham2019/curves/tensile-v1-warp.csv"
             "  law: {kind: table, points: [[0, 0], [1, true]]}",
             "points[1][1] = true: expected a num",
         ),
-        (CURVE, "[[0, 0], [60, 2]]", "tension.warp = [[0, 0], [60, 2]]: expected a CSV, or a mapping such as {points: "),
-        (CURVE, "{points: [[0, 0], [2, 6], [1, 8]], source: user}", "tension.warp.points = [[0, 0], [2, 6], [1, 8]]: str"),
-        (CURVE, "{points: [[0, 0], [2, 6]], sorce: user}", 'tension.warp.sorce: unknown field (did you mean "source"?)'),
+        (
+            CURVE,
+            "[[0, 0], [60, 2]]",
+            "tension.warp = [[0, 0], [60, 2]]: expected a CSV, or a mapping such as {points: ",
+        ),
+        (
+            CURVE,
+            "{points: [[0, 0], [2, 6], [1, 8]], source: user}",
+            "tension.warp.points = [[0, 0], [2, 6], [1, 8]]: str",
+        ),
+        (
+            CURVE,
+            "{points: [[0, 0], [2, 6]], sorce: user}",
+            'tension.warp.sorce: unknown field (did you mean "source"?)',
+        ),
         ("as-measured: {}", "as-measured: 3", "as-measured: expected a mapping of fabric fields, found 3"),
     ],
 )

@@ -39,6 +39,8 @@ def test_missing_layers_and_wrong_values_are_named():
         carbon(sets=["fabric.layers.2.pattern=x."])
     with pytest.raises(InputError, match=r"fabric\.layers is not given as a list"):
         resolve(variant="1", sets=[f"{FIELD}=200"])
+    with pytest.raises(InputError, match=r"layer 1 has no yarn of its own .* set fabric\.reinforcing\.youngs_modulus"):
+        carbon(sets=["fabric.layers.1.yarn.youngs_modulus=200"])
     with pytest.raises(InputError, match=r"^--set fabric\.layers\.0\.yarn\.youngs_modulus.* = -1"):
         carbon(sets=[f"{FIELD}=-1"])
 

@@ -39,9 +39,12 @@ def fabric_of(folder: Path, stitches: str = "[kp]", *layers: str) -> Fabric:
         ("[kp, K]", "fabric.stitches[1] = 'K': 'K' is no stitch: expected k (knit) or p (purl)"),
         (
             "[kp, k]",
-            "fabric.stitches[1] = 'k': has 1 stitches and the first course 2: expected courses of equal length",
+            "fabric.stitches[1] = 'k': has length 1 and the first course length 2: expected courses of equal length",
         ),
-        ("['']", "fabric.stitches[0] = '': has 0 stitches and the first course 0: expected courses of equal length"),
+        (
+            "['']",
+            "fabric.stitches[0] = '': has length 0 and the first course length 0: expected courses of equal length",
+        ),
         ("[]", "fabric.stitches = []: is empty: expected a row of k and p for each course, such as [k]"),
         ("[1]", "fabric.stitches[0] = 1: expected text, found 1"),
     ],
@@ -185,6 +188,7 @@ def test_the_mass_of_a_strip_is_the_area_mass_of_its_yarns() -> None:
          "fabric.layers = 'weft': expected a list, such as [{direction: ...}], found text 'weft'"),
         ("reinforcing:", "description:", "fabric.layers[0].yarn: missing: yarn of this layer, or fabric.reinforcing"),
         ("knitting:", "description:", "fabric.knitting: missing: yarn of the loops; area_mass and thickness follow"),
+        ("knitting:", "knitting: polyester 50 tex\n#", "fabric.knitting = 'polyester 50 tex': expected a mapping such"),
         ("weft_density: {value: 28", "weft_density: {value: 2800", "fabric.weft_density = 2800: implausible"),
     ],
 )  # fmt: skip

@@ -61,7 +61,11 @@ class TensileRun(Run):
                 f"macro.fracture_strain.{rig.direction}",
             )
         if quantity is not None and rig.max_strain <= quantity.value:
-            raise BoundsError(f"must exceed fabric.{name}, {quantity.value:g} %, or nothing fails", "rig.max_strain")
+            raise BoundsError(
+                f"must exceed fabric.{name}, {quantity.value:g} %, or nothing fails; use --set "
+                f"rig.max_strain={1.2 * quantity.value:.3g}",
+                "rig.max_strain",
+            )
         return self
 
     @property

@@ -77,7 +77,7 @@ def model_lines(run: Run, facts: Mapping[str, Any]) -> list[str]:
         f"{given.value:g} g/m2)",
         f"  time step              {facts['time_step_us']:.4f} us, added mass {facts['added_mass_pct']:.2f} %",
         f"  steps (maximum)        {facts['steps_at_most']} ({facts['duration_ms']:.2f} ms of test)",
-        f"  memory                 about {facts['arrays_mb']:.0f} MB of arrays",
+        f"  memory                 about {max(facts['arrays_mb'], 1.0):.0f} MB of arrays",
     ]
     if "overlap_pct" in facts:
         lines.append(
