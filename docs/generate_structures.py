@@ -19,7 +19,7 @@ knittest new my-weft --structure weft-only
 knittest fabric show --variant my-weft
 ```
 
-`fabric show` draws face, back, an oblique view and two sections.
+`fabric show` draws face, back, an oblique view and two sections to `fabric.png` (`--out` for another file).
 
 ## Stitches
 
@@ -41,7 +41,8 @@ rib 1x1, `[k, p]` garter and `[kp, pk]` seed.
 **Names.** The loops are the yarn system `knit`. A layer is called `warp` or `weft`, or `warp1`, `warp2` from back to
 face where a direction has several layers. Tables, energies, pictures, decks and meshes use these names.
 
-**Settings.** Layers are counted from 0, at the back: `--set fabric.layers.0.yarn.youngs_modulus=70`.
+**Settings.** Layers are counted from 0, at the back. `--set fabric.layers.0.yarn.youngs_modulus=70` changes a layer
+with a yarn of its own. The other layers follow `--set fabric.reinforcing.youngs_modulus=70`.
 
 **Densities.** `warp_density` counts the wales and `weft_density` the courses in 100 mm, with or without inlays. The
 density of the inlays follows from `pattern`: `x.` in 28 wales gives 14 inlays in 100 mm.
@@ -79,7 +80,7 @@ knittest cell --variant NAME --preset quick --path warp --set rig.max_strain={IN
 
 Where no inlays lie along the load, the strain ends at {LOOPS["warp"]:g} % along the warp and {LOOPS["weft"]:g} % along
 the weft. The cell keeps its length across. No measurements of these fabrics exist, so the curves are predictions
-without a comparison. Thickness and area mass are those of the relaxed cell.
+without a comparison. Thickness and area mass are those of the relaxed cell. Each block below is a whole fabric file.
 """.strip()
 
 
@@ -104,9 +105,9 @@ def _row(name: str, fabric: Fabric, stored: StoredStructure) -> list[str]:
 
 
 def _fields(name: str) -> str:
-    """Fields of a structure's file, without comments, name and title."""
+    """Fields of a structure's file, without comments and title."""
     lines = structures()[name].read_text(encoding="utf-8").splitlines()
-    return "\n".join(line.partition("  #")[0] for line in lines if not line.startswith(("#", "name:", "title:")))
+    return "\n".join(line.partition("  #")[0] for line in lines if not line.startswith(("#", "title:")))
 
 
 def _pictures(name: str, stored: StoredStructure) -> list[str]:

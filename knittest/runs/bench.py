@@ -144,7 +144,7 @@ def sweep_lines(run: Run) -> Iterator[str]:
     pressing = int((model.tracker.contacts.force[:, : found.contacts] != 0.0).any(axis=0).sum())
     numbers = dict(zip(OPERATIONS, (found.contacts, pressing, found.elements), strict=True))
     heads = (f"{'us/step':>10}", f"{'ns/element':>13}", f"{'GB/s':>8}", f"{'of copying':>13}", f"{'of arithmetic':>15}")
-    yield "".join((f"{'sweep':<26}", *heads))
+    yield "".join((f"{'part of a step':<26}", *heads))
     for (name, (reads, writes)), call in zip(SWEEPS.items(), _sweep_calls(found, model), strict=True):
         seconds = _own_time(call)
         moved = sum(sizes[one] for one in (*reads.split(), *writes.split()))

@@ -16,7 +16,7 @@ from knittest.cli.main import run
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/own-fabric.md").read_text(encoding="utf-8")
-CHANGE, NEW = "these fields", "a new file"
+CHANGE, NEW = "lines to replace", "a new file"
 
 
 def blocks() -> list[tuple[str, str]]:
