@@ -80,7 +80,8 @@ knittest cell --variant NAME --preset quick --path warp --set rig.max_strain={IN
 
 Where no inlays lie along the load, the strain ends at {LOOPS["warp"]:g} % along the warp and {LOOPS["weft"]:g} % along
 the weft. The cell keeps its length across. No measurements of these fabrics exist, so the curves are predictions
-without a comparison. Thickness and area mass are those of the relaxed cell. Each block below is a whole fabric file.
+without a comparison. Thickness and area mass are those of the relaxed cell. The blocks
+below lack the `name` of a fabric file. `knittest new my-rib --structure rib` writes a whole one.
 """.strip()
 
 
@@ -105,9 +106,9 @@ def _row(name: str, fabric: Fabric, stored: StoredStructure) -> list[str]:
 
 
 def _fields(name: str) -> str:
-    """Fields of a structure's file, without comments and title."""
+    """Fields of a structure's file, without comments, name and title."""
     lines = structures()[name].read_text(encoding="utf-8").splitlines()
-    return "\n".join(line.partition("  #")[0] for line in lines if not line.startswith(("#", "title:")))
+    return "\n".join(line.partition("  #")[0] for line in lines if not line.startswith(("#", "name:", "title:")))
 
 
 def _pictures(name: str, stored: StoredStructure) -> list[str]:

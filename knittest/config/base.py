@@ -222,8 +222,8 @@ class PerDirection(Strict):
         return {"warp": self.warp, "weft": self.weft}[direction]
 
 
-#: first letter of the name of one of several forms of a field, which is no part of its path
-FORM = "$"
+#: names of the forms of a field that is a text or a mapping; they are no part of its path
+CSV_FORM, POINTS_FORM = "$CSV", "$points"
 
 
 class BoundsError(ValueError):

@@ -7,7 +7,8 @@ from typing import Annotated, Any, ClassVar, Self
 from pydantic import Discriminator, Field, Tag, ValidationError, WrapValidator, model_validator
 
 from knittest.config.base import (
-    FORM,
+    CSV_FORM,
+    POINTS_FORM,
     BoundsError,
     DirectionalNumber,
     Kernel,
@@ -65,13 +66,13 @@ class TensionPoints(Strict):
 
 def _tension_form(value: object) -> str | None:
     if isinstance(value, str):
-        return f"{FORM}CSV"
-    return f"{FORM}points" if isinstance(value, Mapping | TensionPoints) else None
+        return CSV_FORM
+    return POINTS_FORM if isinstance(value, Mapping | TensionPoints) else None
 
 
 #: curve of one direction: a CSV, or points
 TensionCurve = Annotated[
-    Annotated[str, Tag(f"{FORM}CSV")] | Annotated[TensionPoints, Tag(f"{FORM}points")],
+    Annotated[str, Tag(CSV_FORM)] | Annotated[TensionPoints, Tag(POINTS_FORM)],
     Discriminator(
         _tension_form, "tension_form",
         "expected a CSV, or a mapping such as {points: [[0, 0], [1, 50]], source: assumed}",

@@ -4,7 +4,7 @@ import difflib
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, get_args, get_origin
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
 
@@ -18,13 +18,13 @@ from knittest.config.yaml_loader import KeyPath
 class ConfigField:
     """Field of a config: its model, if it has one, its description, and ``meta``, as :func:`field_meta` has it.
 
-    The model is that of the entries if the field ``is_map`` from names, such as directions, to models.
+    The model of a map is that of its entries; ``map_names`` are the names that the map allows (empty: any).
     """
 
     model: type[BaseModel] | None
     description: str
     meta: dict[str, Any] = field(default_factory=dict)
-    is_map: bool = False
+    map_names: tuple[str, ...] | None = None
 
     @property
     def unit(self) -> str:
@@ -46,10 +46,12 @@ def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
     """Field at ``path`` of a run of ``kind`` (or of the model ``kind``); ``None`` if there is none."""
     here = ConfigField(_root(kind), "the run")
     for part in path:
-        if str(part).isdigit() and here.model is not None:  # a model in a list
+        if here.map_names is not None:
+            if here.map_names and part not in here.map_names:
+                return None
+            here = replace(here, map_names=None)
             continue
-        if here.is_map:
-            here = replace(here, is_map=False)
+        if str(part).isdigit() and here.model is not None:  # a model in a list
             continue
         if here.model is None or part not in here.model.model_fields:
             return None
@@ -58,9 +60,18 @@ def field_at(path: KeyPath, kind: object = DEFAULT) -> ConfigField | None:
         if here.unit and str(part) in ("warp", "weft", "value", "sd"):  # these carry unit and bounds of their holder
             meta = {"unit": here.unit} if part == "sd" else here.meta
         model = model_of(info.annotation, contained=True)
-        origins = {get_origin(one) for one in (info.annotation, *get_args(info.annotation))}
-        here = ConfigField(model, info.description or here.description, meta, model is not None and dict in origins)
+        names = _map_names(info.annotation) if model is not None else None
+        here = ConfigField(model, info.description or here.description, meta, names)
     return here
+
+
+def _map_names(annotation: object) -> tuple[str, ...] | None:
+    """Names that a map allows, empty for any; None for what is no map."""
+    for one in (annotation, *get_args(annotation)):
+        if get_origin(one) is dict:
+            key = get_args(one)[0]
+            return get_args(key) if get_origin(key) is Literal else ()
+    return None
 
 
 def most_similar_name(name: str, names: list[str]) -> str | None:

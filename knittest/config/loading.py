@@ -13,7 +13,14 @@ from knittest.config.messages import input_error, unknown_name_text
 from knittest.config.presets import default_scale, preset_paths, preset_settings
 from knittest.config.rigs import StripRig
 from knittest.config.run import RUNS, Model, Preset, Run, Scale
-from knittest.config.settings import Layers, Setting, lay_setting, parse_set, refuse_contradictions
+from knittest.config.settings import (
+    Layers,
+    Setting,
+    check_own_yarns,
+    lay_setting,
+    parse_set,
+    refuse_contradictions,
+)
 from knittest.config.sources import FabricSource, fabric_file, lay_fabric, resolve_data_paths, test_file, variant_path
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
 
@@ -229,6 +236,7 @@ def _lay_all(document: Document, source: FabricSource, settings: list[Setting], 
     layers.lay(rest, document.place_of)
     for setting in settings:
         lay_setting(layers, setting)
+    check_own_yarns(layers, settings)
     layers.lay(chosen, lambda path: source.document.source, ("parameters",))
     return layers
 

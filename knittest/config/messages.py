@@ -7,12 +7,14 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from knittest.base.errors import InputError
-from knittest.config.base import FORM, BoundsError, check_bounds, convert_to_field_unit
+from knittest.config.base import CSV_FORM, POINTS_FORM, BoundsError, check_bounds, convert_to_field_unit
 from knittest.config.fields import ConfigField, all_paths, field_at, most_similar_name
 from knittest.config.settings import Layers
 from knittest.config.yaml_loader import Document, KeyPath, describe, dotted_path, value_excerpt
 
 MOST_SHOWN = 20
+#: parts of the location of a finding that are no keys
+NO_KEYS = ("[key]", CSV_FORM, POINTS_FORM)
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?$")
 _NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+[.,]?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d].*|%.*)$")
 _NUMBER_TYPES = ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float", "finite_number")
@@ -52,7 +54,7 @@ def _follows_from_yarns(item: Mapping[str, Any], layers: Layers) -> bool:
 
 
 def _describes_yarns(fabric: object) -> bool:
-    """Tell whether a ``fabric`` as a file states it names the fibre of its loops, in whatever form."""
+    """Tell whether a ``fabric`` file states the yarn of its loops, even in a wrong form."""
     loop = fabric.get("knitting") if isinstance(fabric, Mapping) else None
     return "fibre" in loop if isinstance(loop, Mapping) else loop is not None
 
@@ -62,7 +64,7 @@ def _yarns_instead(item: Mapping[str, Any]) -> str:
     fabric, needed = item["input"], ("loop_length", "knitting")
     if item["loc"][-1] not in FROM_YARNS or not isinstance(fabric, Mapping):
         return ""
-    lacking = [name for name in needed if name not in fabric]
+    lacking = [name for name in needed if fabric.get(name) is None]
     return f"; with {' and '.join(lacking)} it follows from the yarns" if len(lacking) == 1 else ""
 
 
@@ -73,14 +75,15 @@ def unknown_name_text(name: str, names: list[str], kind: str = "field") -> str:
 
 
 def _finding_line(item: Mapping[str, Any], layers: Layers, kind: object) -> str:
-    path: KeyPath = tuple(part for part in item["loc"] if part != "[key]" and not str(part).startswith(FORM))
+    path: KeyPath = tuple(part for part in item["loc"] if part not in NO_KEYS)
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, BoundsError) and cause.part:
         path = (*path, *(int(part) if part.isdigit() else part for part in cause.part.split(".")))
     value, at, stated = layers.get(path), path, ""
     if item["type"] == "missing":
         field = field_at(path, kind)
-        what = f"missing: {_append_unit(field.description, field) if field else 'the field is required'}"
+        needed = "one more entry of the list" if isinstance(path[-1], int) else "the field is required"
+        what = f"missing: {_append_unit(field.description, field) if field else needed}"
         what += _yarns_instead(item)
     elif item["type"] == "extra_forbidden":
         what = _unknown_field_text(path, kind)
@@ -126,6 +129,10 @@ def _expectation(item: Mapping[str, Any], value: object, field: ConfigField | No
         return f"expected a list, such as [{entry}], found {describe(value)}"
     if kind == "tuple_type":
         return f"expected a list of numbers in brackets, found {describe(value)}"
+    if kind == "too_long":
+        return f"expected at most {context['max_length']} entries, found {context['actual_length']}"
+    if kind == "dict_type":
+        return f"expected a mapping, found {describe(value)}"
     if kind == "string_type":
         return f"expected text, found {describe(value)} (put text in quotes)"
     if kind == "string_pattern_mismatch":

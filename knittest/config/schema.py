@@ -72,7 +72,7 @@ def field_lines(name: str) -> list[str]:
     }
     part = r"(\.(value|sd|source|ref))?"
     named = {field: tests for field, tests in found.items() if re.fullmatch(patterns[field] + part, name)}
-    fields = {field.path: field for field in found if field.path.startswith(f"{name}.")}
+    fields = {field.path: field for field in found if _is_below(field.path, name)}
     below = [f"{path}{_unit(field)}: {field.text}" for path, field in fields.items()]
     if named:
         lines = [line for field, tests in named.items() for line in [*_explain(field, tests), ""]]
@@ -89,6 +89,12 @@ def field_lines(name: str) -> list[str]:
     close = ends or difflib.get_close_matches(name, paths, 5, 0.5)
     hint = f"did you mean {' or '.join(close[:5])}?" if close else "see docs/reference-config.md"
     raise InputError(f"{name}: a run has no such field; {hint}")
+
+
+def _is_below(path: str, name: str) -> bool:
+    """Tell whether the field at ``path`` lies below ``name``; NAME stands for any name."""
+    parts, above = path.split("."), name.split(".")
+    return len(parts) > len(above) and all(part in ("NAME", one) for part, one in zip(parts, above, strict=False))
 
 
 def _explain(field: FieldDescription, tests: list[str]) -> list[str]:

@@ -1,6 +1,6 @@
 """Settings of a run: options and ``--set key.path=value``, layers with the origin of each value."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field
 from typing import Any
@@ -100,7 +100,6 @@ def parse_set(text: str) -> Setting:
 def lay_setting(layers: Layers, setting: Setting) -> None:
     """Lay one setting over ``layers``: a number becomes ``source: user`` with its old sd, null removes a quantity."""
     path, value = _path_in_lists(layers, setting), setting.value
-    _check_own_yarn(layers, path, setting.place)
     kind = layers.get(("rig", "kind"))
     field = field_at(path, kind)
     if field and field.is_quantity and not isinstance(value, dict):
@@ -125,20 +124,33 @@ def _path_in_lists(layers: Layers, setting: Setting) -> KeyPath:
                     "smaller number"
                 )
             part = int(part)
+        elif isinstance(entries, list):
+            raise InputError(
+                f"{setting.place}: {dotted_path(path)} is a list; expected the number of an entry, counted from 0, "
+                f"found {part!r}"
+            )
         elif path and str(part).isdigit():
             raise InputError(f"{setting.place}: {dotted_path(path)} is not given as a list; expected it in the file")
         path = (*path, part)
     return path
 
 
-def _check_own_yarn(layers: Layers, path: KeyPath, place: str) -> None:
-    """Raise :class:`InputError` for one number of the yarn of a layer that has no yarn of its own."""
-    if path[:2] == ("fabric", "layers") and path[3:4] == ("yarn",) and len(path) > 4 and not layers.get(path[:4]):
-        rest = ".".join(map(str, path[4:]))
-        if path[4] not in ("fibre", "linear_density"):  # from which a yarn can be derived
+def check_own_yarns(layers: Layers, settings: Sequence[Setting]) -> None:
+    """Raise :class:`InputError` where ``settings`` change a yarn that a layer does not have of its own."""
+    for setting in settings:
+        start, rest = setting.path[:2], setting.path[4:]
+        if (
+            start != ("fabric", "layers")
+            or setting.path[3:4] != ("yarn",)
+            or field_at(("fabric", "reinforcing", *rest)) is None
+        ):
+            continue
+        path = _path_in_lists(layers, setting)
+        yarn = layers.get(path[:4])
+        if rest and isinstance(yarn, dict) and not {"fibre", "linear_density"} & {*yarn}:
             raise InputError(
-                f"{place}: layer {path[2]} has no yarn of its own but consists of reinforcing; set "
-                f"fabric.reinforcing.{rest}, or give the layer a yarn in the fabric file"
+                f"{setting.place}: layer {path[2]} has no yarn of its own but consists of reinforcing; set "
+                f"{dotted_path(('fabric', 'reinforcing', *rest))}, or give the layer a yarn in the fabric file"
             )
 
 

@@ -226,7 +226,8 @@ def _linear_density(card: Mapping[str, Any]) -> dict[str, Any]:
         return {}
     if not (found := _TEX.match(text)):
         raise BoundsError(
-            "expected a number in tex, a text in tex or dtex, or plies such as 4 x 300 tex", "linear_density"
+            "expected a number in tex, a text such as 50 tex or 500 dtex, or plies such as 4 x 300 tex",
+            "linear_density",
         )
     plies, each, unit = found.groups()
     value = int(plies or 1) * float(each) * (0.1 if (unit or "").lower() == "dtex" else 1.0)

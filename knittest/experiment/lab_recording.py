@@ -47,7 +47,8 @@ class Recording:
     """Columns ``group`` of the specimen ``number`` in ``table``.
 
     ``values`` (n,) by role come from the ``columns``, without rows with empty cells, times ``factors``, in N, mm, % (a
-    travel or extensometer in a unit of strain has the role strain), deg, kPa, 1.
+    travel or extensometer in a unit of strain has the role strain), deg, kPa, 1. ``unstated`` are the units taken for
+    columns without one.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Recording:
     factors: dict[str, float] = field(default_factory=dict)
     unit: str = "N"
     notes: list[str] = field(default_factory=list)
+    unstated: dict[int, str] = field(default_factory=dict)
 
     @property
     def place(self) -> str:
@@ -107,6 +109,10 @@ class Recording:
         reasons = [f"{names[k]!r} ({why.get(k) or words.get(roles[k], words['other'])})" for k in left]
         columns = ["columns used: " + ", ".join(f"{names[k]!r} ({what})" for k, what in used.items())]
         columns += ["columns not used: " + ", ".join(reasons)] if reasons else []
+        columns += [
+            f"column {names[k]!r} has no unit: taken as {unit}" for k, unit in self.unstated.items()
+            if k in used and unit != "1"
+        ]  # fmt: skip
         notes = tuple(dict.fromkeys([*columns, *notes, *self.table.notes, *self.notes]))
         said = find_direction(self.path, self.table.head)
         return {"name": self.name, "path": self.path, "said": said, "unit": self.unit, "notes": notes}
@@ -171,8 +177,7 @@ class Recording:
             first, *more = lab_units.QUANTITIES[quantity]
             raise InputError(f"{where} has no unit of {quantity}; write '{name} [{first}]', or {', '.join(more)}")
         if not unit:
-            unit = str(entry["unit"])
-            self.notes.append(f"column {name!r} has no unit: taken as {unit}")
+            unit = self.unstated[column] = str(entry["unit"])
         return unit, units[unit]
 
 

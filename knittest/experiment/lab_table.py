@@ -185,7 +185,7 @@ def _find_tables(rows: list[Row], place: str, given: ReadOptions, wanted: Wanted
         own = {cells[0] for _, cells in rows[end:k] if len(cells) > 1}
         shared = found[0].head if found else []
         head = [*(row for row in shared if row[1][0] not in own), *rows[end:k]][-MAX_HEAD:]
-        blocks, k, notes = _split_blocks(rows, first, needed, names_all)
+        blocks, k, notes, between = _split_blocks(rows, first, needed, names_all)
         last = blocks[-1][-1][0] if blocks[-1] else line
         end = next((n for n in range(first, k) if rows[n][0] > last), k)
         for block in blocks:
@@ -195,6 +195,9 @@ def _find_tables(rows: list[Row], place: str, given: ReadOptions, wanted: Wanted
                     message = f"{place}:{at}: {len(cells)} cells below {len(names)} columns"
                     raise InputError(f"{message}; export with a delimiter that is not the decimal mark")
             if found and found[-1].names == names and _continues(found[-1], table):
+                ends = found[-1].body[-1][0], block[0][0]
+                lost = [_skipped(row) for row in between if ends[0] < row[0] < ends[1]]
+                found[-1].notes = [*found[-1].notes, *lost]
                 found[-1].body += block
             else:
                 found.append(table)
@@ -233,10 +236,15 @@ def _find_units(rows: list[Row], k: int) -> tuple[int, list[str], int]:
 
 def _split_blocks(
     rows: list[Row], first: int, needed: list[int], names_all: Callable[[list[str]], bool]
-) -> tuple[list[list[Row]], int, list[str]]:
-    """Split rows from ``first`` on at gaps and texts; returns blocks, the row after them, and notes on skipped rows."""
+) -> tuple[list[list[Row]], int, list[str], list[Row]]:
+    """Split rows from ``first`` on at gaps and texts.
+
+    Returns blocks, the row after them, notes on skipped rows, and texts between blocks. These are titles of recordings,
+    or rows of one recording that cannot be read.
+    """
     blocks: list[list[Row]] = [[]]
     left: list[Row] = []
+    between: list[Row] = []
     ended, k = False, first
     while k < len(rows):
         line, cells = rows[k]
@@ -258,13 +266,18 @@ def _split_blocks(
             left.append((line, cells))
         else:
             blocks.append([])
-            left.append((line, cells))
+            between.append((line, cells))
     for block in blocks if 0 in needed else ():  # labels below the last row of numbers
         while len(block) > 1 < len(block[-1][1]) and has_number(cell := block[-1][1][0]) and not NUMBER.match(cell):
             left.append(block.pop())
-    notes = [f"line {line} skipped: {' '.join(filter(None, cells))[:40]!r}" for line, cells in left]
+    notes = [_skipped(row) for row in left]
     more = [f"{len(notes) - 3} more line{'s' * (len(notes) > 4)} skipped"] if len(notes) > 3 else []
-    return [block for block in blocks if block] or [[]], k, notes[:3] + more
+    return [block for block in blocks if block] or [[]], k, notes[:3] + more, between
+
+
+def _skipped(row: Row) -> str:
+    line, cells = row
+    return f"line {line} skipped: {' '.join(filter(None, cells))[:40]!r}"
 
 
 def _continues(one: LabTable, other: LabTable) -> bool:

@@ -257,7 +257,7 @@ def draw(fabric: Fabric, variability: Variability, system: str, n: int, specimen
     Fracture strain and amplitude are normal, slack is half-normal (the tautest yarn has none). ``uniform`` gives every
     yarn the mean fracture strain and the median slack. The same seed and specimen give the same bits.
     """
-    from scipy.special import ndtri  # of the normal distribution; scipy.stats takes a second to load
+    from scipy.special import ndtri  # normal quantile; scipy.stats takes a second to load
 
     inlays = None if system == KNIT else fabric.inlays_of_system(system)
     yarn: Yarn = fabric.knitting if inlays is None else inlays.yarn

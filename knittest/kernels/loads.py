@@ -28,7 +28,7 @@ def _work(first, count, value, rate, w):
 
 @njit(**INLINE)
 def _guide_nodes(first, count, value, nodes, dof, force, push, gain, w):
-    """Work per time of a guide, ``value`` times the rates, and that of the share of the rates that damping takes.
+    """Power of a guide, ``value`` times the rates, and the part of it that damping takes.
 
     Where ``force`` is not None it receives the force of the guide: ``value`` times the sum of ``gain`` and ``push``
     times the share that damping takes.
@@ -38,7 +38,8 @@ def _guide_nodes(first, count, value, nodes, dof, force, push, gain, w):
     clear_sums(w, U(LANE_SUMS))
     for block in range(0, count, LANE_SUMS):
         for k in range(U(min(LANE_SUMS, count - block))):
-            i, damped_share = U(first + block) + k, 1.0 - damping[U(first + block) + k]
+            i = U(first + block) + k
+            damped_share = 1.0 - damping[i]
             if force is not None:
                 force[i] += value[U(block) + k] * (push * damped_share + gain)
             work = value[U(block) + k] * rate[i]

@@ -265,7 +265,7 @@ def draw_energies(run: Run, specimens: list[Specimen], folder: Path, span: Calla
 
 
 #: present name of each method of a test that would no longer be called by its old name
-OLD_METHODS = {"refuse": "check_run"}
+OLD_METHODS = {"refuse": "check_run", "gates": "quality_checks"}
 
 
 def _make_part(kind: TestKind, part: str, protocol: type) -> Any:

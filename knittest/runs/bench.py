@@ -129,7 +129,7 @@ def sweep_lines(run: Run) -> Iterator[str]:
     """Time of each sweep of a step of yarns on one thread, its rooflines, and the cost of contacts by class.
 
     The last two columns are the shares of two rooflines: of the speed at which memory of the same size is copied, and
-    of the speed at which this processor multiplies and adds numbers that it holds (Williams, Waterman and Patterson
+    of the speed at which this processor multiplies and adds numbers in its registers (Williams, Waterman and Patterson
     2009, Communications of the ACM 52, 65). Tools and loads have no number of operations.
     """
     import numba
@@ -142,7 +142,9 @@ def sweep_lines(run: Run) -> Iterator[str]:
     sizes = _array_sizes(model)
     copied, computed = _copy_speed(sum(sizes.values())), _arithmetic_speed()
     pressing = int((model.tracker.contacts.force[:, : found.contacts] != 0.0).any(axis=0).sum())
-    numbers = dict(zip(OPERATIONS, (found.contacts, pressing, found.elements), strict=True))
+    numbers = {
+        "contacts": found.contacts, "contact forces to nodes": pressing, "beams, integration": found.elements
+    }  # fmt: skip
     heads = (f"{'us/step':>10}", f"{'ns/element':>13}", f"{'GB/s':>8}", f"{'of copying':>13}", f"{'of arithmetic':>15}")
     yield "".join((f"{'part of a step':<26}", *heads))
     for (name, (reads, writes)), call in zip(SWEEPS.items(), _sweep_calls(found, model), strict=True):
@@ -216,7 +218,7 @@ def _copy_speed(size: int) -> float:
     """Bytes read and written in a second where ``size`` bytes are copied within as many."""
     source = np.ones(size // 16)
     target = np.zeros_like(source)
-    return 2 * source.nbytes / _median_time(lambda: np.copyto(target, source))
+    return 2 * source.nbytes / _least_time(lambda _: np.copyto(target, source), 1)
 
 
 @njit(**{**ALLOCATING, "cache": False})
@@ -232,9 +234,9 @@ def _multiply_and_add(rows: Array, factor: float, term: float, times: int) -> No
 
 
 def _arithmetic_speed() -> float:
-    """Products and sums in a second of numbers that the processor holds, four independent ones at a time."""
-    rows, times = np.ones((4, 64)), 2000
-    seconds = _median_time(lambda: _multiply_and_add(rows, 0.999, 0.001, times))
+    """Products and sums of numbers in registers in a second, four independent ones at a time."""
+    rows, times = np.ones((4, 64)), 40
+    seconds = _least_time(lambda _: _multiply_and_add(rows, 0.999, 0.001, times), 1)
     return 2.0 * rows.size * IN_A_ROW * times / seconds
 
 

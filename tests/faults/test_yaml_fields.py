@@ -127,6 +127,10 @@ CURVE = "pham2019/curves/tensile-v1-warp.csv"
             "{points: [[0, 0], [2, 6]], sorce: user}",
             'tension.warp.sorce: unknown field (did you mean "source"?)',
         ),
+        (CURVE, "{points: [[0, 0], 30], source: user}", "points[1] = 30: expected a list of numbers in brackets"),
+        (CURVE, "{points: [[0, 0], [1, 2, 3]], source: user}", "points[1] = [1, 2, 3]: expected at most 2 entries"),
+        (CURVE, "{points: [[0, 0], [1]], source: user}", "points[1][1]: missing: one more entry of the list"),
+        ("name: pham2019-v1", "$schema: x", "$schema: unknown field"),
         ("as-measured: {}", "as-measured: 3", "as-measured: expected a mapping of fabric fields, found 3"),
     ],
 )

@@ -67,31 +67,20 @@ def count_operations(path):
     law = ContactLaw(**{name: Counted(value) for name, value in stored["law"].items()})
     scratch, dt, found = numbers(np.zeros(SCRATCH)), Counted(stored["dt"]), {}
 
-    def of(name, number, call, *arguments):
+    def count(name, number, call, *arguments):
         Counted.count = 0
         call(*arguments)
         found[name] = Counted.count / number
 
     some = min(64, stored["count"])
-    of(
-        "contacts",
-        some,
-        contact_blocks.contact_forces,
-        (0, some),
-        dt,
-        nodes,
-        contacts,
-        beams.alive,
-        law,
-        None,
-        None,
-        scratch,
-    )
+    evaluated = ((0, some), dt, nodes, contacts, beams.alive, law, None, None, scratch)
+    count("contacts", some, contact_blocks.contact_forces, *evaluated)
     contacts.force[:] = Counted(1.0)
     halves = int(contacts.half_start[1] - contacts.half_start[0])
-    of("contact forces to nodes", halves / 2, contact_blocks.scatter_contacts, 0, nodes, contacts)
+    count("contact forces to nodes", halves / 2, contact_blocks.scatter_contacts, 0, nodes, contacts)
     start, stop, section = (int(v) for v in stored["span"])
-    of("beams, integration", stop - start, beam.advance_beams, start, stop, section, 0.0, dt, nodes, beams, scratch)
+    integrated = (start, stop, section, 0.0, dt, nodes, beams, scratch)
+    count("beams, integration", stop - start, beam.advance_beams, *integrated)
     print(json.dumps(found))
 
 

@@ -209,3 +209,14 @@ def test_what_is_left_out_or_assumed_is_said(tmp_path, name, row, note):
     (one,) = read_lab(path)
     assert one.force[-1] == 160.0
     assert [text for text in one.notes if "skipped" in text or "unit" in text] == ([note] if note else [])
+
+
+def test_titles_of_recordings_and_columns_not_used_need_no_note(tmp_path):
+    """A title between two recordings is no lost row; a second travel without a unit is not used."""
+    path = tmp_path / "s2.csv"
+    rows = [f"{k},{0.1 * k:g},{10 * k}" for k in range(30)]
+    head = ["strip width [mm],50", "gauge length [mm],200", "", "extension [mm],crosshead,force [N]"]
+    path.write_text("\n".join([*head, *rows, "Specimen 2", *rows]))
+    found = read_lab(path)
+    assert len(found) == 2
+    assert [text for one in found for text in one.notes if "skipped" in text or "no unit" in text] == []

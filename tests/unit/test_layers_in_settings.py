@@ -41,8 +41,19 @@ def test_missing_layers_and_wrong_values_are_named():
         resolve(variant="1", sets=[f"{FIELD}=200"])
     with pytest.raises(InputError, match=r"layer 1 has no yarn of its own .* set fabric\.reinforcing\.youngs_modulus"):
         carbon(sets=["fabric.layers.1.yarn.youngs_modulus=200"])
+    with pytest.raises(InputError, match=r"fabric\.layers is a list; expected the number of an entry.* found 'x'"):
+        carbon(sets=["fabric.layers.x.yarn.youngs_modulus=200"])
     with pytest.raises(InputError, match=r"^--set fabric\.layers\.0\.yarn\.youngs_modulus.* = -1"):
         carbon(sets=[f"{FIELD}=-1"])
+
+
+def test_settings_may_give_a_layer_its_own_yarn_in_any_order():
+    sets = ["youngs_modulus=70", "fibre=E-glass", "linear_density=400"]
+    found = [
+        carbon(sets=[f"fabric.layers.1.yarn.{one}" for one in order]).fabric.layers[1].yarn
+        for order in (sets, sets[::-1])
+    ]
+    assert found[0] == found[1] and found[0].youngs_modulus.value == 70
 
 
 def test_the_yarn_of_the_layers_along_the_load_decides():

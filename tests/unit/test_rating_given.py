@@ -3,6 +3,7 @@
 import json
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -269,6 +270,9 @@ def test_a_curve_that_no_fibres_of_the_area_mass_can_carry_is_refused() -> None:
     words = r"macro\.tension\.weft \(mine\.csv\): 3610 N/mm at area_mass = 600 g/m2 .*6 N/tex: 3600 N/mm"
     with pytest.raises(InputError, match=words):
         check_curve_strength(fabric, {"warp": curve(116.0), "weft": curve(3610.0)})
+    points = replace(curve(3610.0), file="")
+    with pytest.raises(InputError, match=r"macro\.tension\.weft: 3610 N/mm .* whole strip, divide it by the width"):
+        check_curve_strength(fabric, {"weft": points})
 
 
 def test_shells_are_not_made_of_such_a_curve(tmp_path, monkeypatch) -> None:

@@ -203,3 +203,11 @@ def test_one_mistake_has_one_message(tmp_path: Path, before: str, after: str, me
         resolve(fabric=path, test="tensile", scale="meso")
     assert f": {message}" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_mass_without_a_loop_length_says_from_what_it_follows(tmp_path: Path) -> None:
+    text = (configs_dir() / "fabrics" / "weft-only.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "f.yaml"
+    path.write_text(re.sub(r"\nloop_length:.*", "\nloop_length:", text), encoding="utf-8")
+    with pytest.raises(InputError, match=r"fabric\.area_mass: missing: .*; with loop_length it follows from the yarns"):
+        resolve(fabric=path, test="tensile", scale="macro")

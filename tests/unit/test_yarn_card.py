@@ -182,7 +182,7 @@ def test_mass_and_thickness_follow_from_the_yarns_unless_stated(tmp_path):
         ({"fibre": {"E-glass": 0.6, "polypropylene": 0.3}}, "the mass fractions add up to 0.9, expected 1"),
         ({"fibre": {"E-glass": -1}}, "expected the name of a fibre, or names with mass fractions above 0"),
         ({"fibre": {"E-glass": {"value": 1}}}, "expected the name of a fibre, or names with mass fractions above 0"),
-        ({"linear_density": "600 den"}, "linear_density = '600 den': expected a number in tex, a text in tex or"),
+        ({"linear_density": "600 den"}, "linear_density = '600 den': expected a number in tex, a text such as"),
         ({"linear_density": None}, "linear_density: missing: mass per length of the yarn"),
         ({"linear_density": 0}, "linear_density = 0: must be greater than 0 tex"),
         ({"packing": 1.2}, "packing = 1.2: must be at most 0.907"),

@@ -1,4 +1,4 @@
-"""The cell test as it runs: its columns agree with each other, its gates pass, and a path that tears is refused."""
+"""The cell test as it runs: columns agree with each other, quality checks pass, and a path that tears is refused."""
 
 import numpy as np
 import pytest

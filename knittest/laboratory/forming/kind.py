@@ -78,8 +78,8 @@ KIND = TestKind(
     checks=("drag_over_weight",),
     advice="knittest.laboratory.forming.rig:ADVICE",
     hinges={"membrane_share": -1},
-    # without a stored scatter: an unevenness changed by 2e-9 of itself changes numbers by 1.7 %, the curve by 0.8 % and
-    # the buckles by 3.9 %
+    # shells without a stored scatter: an unevenness changed by 2e-9 of itself changes numbers by 1.7 %, the curve by
+    # 0.8 % and the buckles by 3.9 %
     regression=Regression(
         runs=(
             RegressionRuns(1, "quick", "meso", "quick", SHEETS, _SMALL, "40mm", enlarges=True),

@@ -97,10 +97,7 @@ def _card_lines(cells: Sequence[Run], options: CheckOptions) -> list[str]:
             f"  time                   about {duration_text(sum(times) / parallel)}, once; up to ten times as "
             "long where paths restart at a lower speed, or fail a quality check and are repeated"
         )
-    return [
-        *lines,
-        "  macro model            can be checked after a macro run has derived the card",
-    ]
+    return [*lines, "  macro model            can be checked after a macro run has derived the card"]
 
 
 def borrowed_curve_lines(fabric: Fabric) -> list[str]:

@@ -31,7 +31,7 @@ class WireReport(SizeFreeReport):
         return [Level(0.01 * run.rig.max_strain * run.rig.stiffness, "EA times strain")]
 
     def quality_checks(self, run: WireRun) -> list[QualityCheck]:
-        """Standard gates."""
+        """Standard quality checks."""
         return energy_checks(run)
 
     def reference_curve(self, run: WireRun) -> ReferenceCurve | None:
