@@ -81,7 +81,7 @@ knittest cell --variant NAME --preset quick --path warp --set rig.max_strain={IN
 Where no inlays lie along the load, the strain ends at {LOOPS["warp"]:g} % along the warp and {LOOPS["weft"]:g} % along
 the weft. The cell keeps its length across. No measurements of these fabrics exist, so the curves are predictions
 without a comparison. Thickness and area mass are those of the relaxed cell. The blocks
-below lack the `name` of a fabric file. `knittest new my-rib --structure rib` writes a whole one.
+below lack the `name` of a fabric file; the command at the top of this page writes a whole file.
 """.strip()
 
 
