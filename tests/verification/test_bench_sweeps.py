@@ -34,8 +34,10 @@ def test_the_sweeps_are_the_step(run):
     assert [line[:26].strip() for line in sweeps] == list(bench.SWEEPS)
     cells = [line[26:].replace("%", "").split() for line in sweeps]
     numbers = [[float(v) for v in row[:4]] for row in cells]
-    assert [row[4] == "-" for row in cells] == [name not in bench.OPERATIONS for name in bench.SWEEPS]
-    assert all(0.0 <= float(row[4]) <= 110.0 for row in cells if row[4] != "-")
+    shares = dict(zip(bench.SWEEPS, (row[4] for row in cells), strict=True))
+    assert shares["loads and tools"] == "-"
+    # the large parts; a small one may take no time above that of a call of nothing
+    assert all(1.0 <= float(shares[name]) <= 110.0 for name in ("contacts", "beams, integration"))
     assert sum(row[0] for row in numbers) == pytest.approx(min(times), rel=0.5)
     for time, each, rate, share in numbers:
         assert each == pytest.approx(1e3 * time / step.elements, rel=0.2, abs=0.02)
